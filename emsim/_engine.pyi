@@ -169,12 +169,13 @@ class Builder:
         temp_c: float = ...,
         tnom_c: float = ...,
         m: float = ...,
-        off: bool = ...,
         connected: int = ...,
     ) -> tuple[list[str], list[str], float | None]:
         """An instance of a Verilog-A module between its terminals (-1: ground), m in parallel; `connected`: so many of them
         stand in the deck. Gives what the module says, what of it is not carried out, the longest step that it allows [s].
         ValueError: messages as VerilogA has them, or a sentence."""
+    def off(self, name: str) -> None:
+        """That instance of a device or a module carries no current in the first solution of an operating point."""
     def module_outputs(self, name: str) -> list[tuple[str, str, str]]:
         """(name, unit, meaning) of every operating-point value of a module's instance."""
     def module_output(self, name: str, output: str, gmin: float = ...) -> Expr | None:
@@ -189,6 +190,8 @@ class Builder:
     def wave_at(kind: str, args: Sequence[float], t: float) -> float:
         """What a waveform with complete arguments is just before a time. ValueError where there is none such."""
     def ic_charge(self, row: int, dq: float) -> None: ...
+    def given(self, row: int, volts: float) -> None:
+        """A node's voltage at a start with UIC, where capacitors say it [V]."""
     def rank(self, rows: Sequence[Sequence[float]], tol: float = 1e-9) -> tuple[int, list[int]]:
         """(rank, indices of a maximal set of independent rows, earlier ones first)."""
     def project(
@@ -405,6 +408,13 @@ class Waveforms:
     def hanging(self) -> tuple[int, int, float, float] | None:
         """(row, unknown, volts, amperes) of the first operating point that hangs on gmin."""
     @property
+    def unstable(self) -> tuple[int, float, float] | None:
+        """Of an operating point, or the end of a transient that is at rest there: it does not stay. The node that moves most,
+        and s of the fastest growing mode [1/s], real and imaginary part; 0 where nothing is stored."""
+    @property
+    def substitute(self) -> tuple[int, bool] | None:
+        """Where a transient starts: the condition that is not what it says, and how it is held. There is no operating point."""
+    @property
     def events(self) -> list[tuple[float, int, int]]:
         """(time, flag, new value)"""
     @property
@@ -554,8 +564,9 @@ def arrange_diagram(
 def devices() -> list[tuple[str, list[str]]]:
     """(name, terminals) of every device; the name is the word of its .model."""
 
-def methods() -> list[str]:
-    """Names of the integrators, as `.options method=` has them."""
+def methods() -> list[tuple[list[str], str, str, str]]:
+    """(names, order, kind, what it is for) of every integrator, as its line in the engine's registry says; the first name is its
+    own."""
 
 def digital_parts() -> list[
     tuple[str, str, list[tuple[str, bool, bool, bool]], list[tuple[str, str, float, str]]]

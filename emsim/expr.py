@@ -10,6 +10,7 @@ import math
 
 from .diagnostics import Placed, suggest
 from .draws import RANDOM, Draws, is_random
+from .functions import BRANCHES, MATH, OF_COLUMNS, OF_TIME, power
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -243,102 +244,6 @@ class _Calls:
             raise ExprError("E121", said, node.span, "a function that calls another twice doubles the calls")
 
 
-def _sgn(x: float) -> float:
-    return float((x > 0) - (x < 0))
-
-
-def _nint(x: float) -> float:
-    return float(round(x))  # halves go to even, as C's nearbyint does
-
-
-def _power(x: float, y: float) -> float:
-    """ngspice's ^ and **: |x|^y."""
-    return math.pow(abs(x), y)
-
-
-def _signed_power(x: float, y: float) -> float:
-    return math.copysign(math.pow(abs(x), y), x) if x else math.pow(0.0, y)
-
-
-def _table(x: float, *points: float) -> float:
-    """Piecewise linear through (x, y) pairs, constant beyond the ends."""
-    xs = points[0::2]
-    return _pwl(min(max(x, xs[0]), xs[-1]), *points)
-
-
-def _pwl(x: float, *points: float) -> float:
-    """Piecewise linear through (x, y) pairs; beyond the ends the last segments go on, as in ngspice."""
-    xs, ys = points[0::2], points[1::2]
-    for x0, y0, x1, y1 in zip(xs, ys, xs[1:], ys[1:], strict=False):
-        if x <= x1 or x1 == xs[-1]:
-            return y1 if x1 == x0 else y0 + (y1 - y0) * (x - x0) / (x1 - x0)
-    return ys[-1]
-
-
-_MATH: dict[str, tuple[int, int, Callable[..., float]]] = {
-    "abs": (1, 1, abs),
-    "sqrt": (1, 1, math.sqrt),
-    "sqr": (1, 1, lambda x: x * x),
-    "exp": (1, 1, math.exp),
-    "ln": (1, 1, math.log),
-    "log": (1, 1, math.log),
-    "log10": (1, 1, math.log10),
-    "db": (1, 1, lambda x: 20.0 * math.log10(abs(x))),
-    "sin": (1, 1, math.sin),
-    "cos": (1, 1, math.cos),
-    "tan": (1, 1, math.tan),
-    "asin": (1, 1, math.asin),
-    "acos": (1, 1, math.acos),
-    "atan": (1, 1, math.atan),
-    "arctan": (1, 1, math.atan),
-    "atan2": (2, 2, math.atan2),
-    "sinh": (1, 1, math.sinh),
-    "cosh": (1, 1, math.cosh),
-    "tanh": (1, 1, math.tanh),
-    "asinh": (1, 1, math.asinh),
-    "acosh": (1, 1, math.acosh),
-    "atanh": (1, 1, math.atanh),
-    "hypot": (2, 2, math.hypot),
-    "floor": (1, 1, math.floor),
-    "ceil": (1, 1, math.ceil),
-    "int": (1, 1, math.trunc),
-    "nint": (1, 1, _nint),
-    "round": (1, 1, _nint),
-    "sgn": (1, 1, _sgn),
-    "sign": (1, 1, _sgn),
-    "min": (1, 99, lambda *x: min(x)),
-    "max": (1, 99, lambda *x: max(x)),
-    "mod": (2, 2, math.fmod),
-    "fmod": (2, 2, math.fmod),
-    "pow": (2, 2, math.pow),
-    "pwr": (2, 2, _power),
-    "pwrs": (2, 2, _signed_power),
-    "u": (1, 1, lambda x: 1.0 if x > 0 else 0.5 if x == 0 else 0.0),
-    "stp": (1, 1, lambda x: 1.0 if x > 0 else 0.0),
-    "u2": (1, 1, lambda x: min(max(x, 0.0), 1.0)),
-    "uramp": (1, 1, lambda x: max(x, 0.0)),
-    "eq0": (1, 1, lambda x: float(x == 0)),
-    "ne0": (1, 1, lambda x: float(x != 0)),
-    "gt0": (1, 1, lambda x: float(x > 0)),
-    "lt0": (1, 1, lambda x: float(x < 0)),
-    "ge0": (1, 1, lambda x: float(x >= 0)),
-    "le0": (1, 1, lambda x: float(x <= 0)),
-    "table": (3, 9999, _table),
-    "pwl": (3, 9999, _pwl),
-    "limit": (3, 3, lambda x, a, b: min(max(x, min(a, b)), max(a, b))),
-    "deg": (1, 1, math.degrees),
-    "rpm": (1, 1, lambda x: x * 30.0 / math.pi),
-}
-# in sources ngspice's pow() takes |x| and pwr() keeps the sign, in .param the other way round (ngspice 39, run)
-SOURCE_MATH = {**_MATH, "pow": (2, 2, _power), "pwr": (2, 2, _signed_power)}
-_BRANCHING = ("if", "ternary_fcn")
-# left to the run: they need time or the solution
-_DYNAMIC = ("ddt", "idt", "sdt", "idtmod", "delay", "absdelay")
-# functions of a run's columns (signals.py), which no source knows; im(v1) is the size of a current as well
-OF_COLUMNS = (
-    "mag", "ph", "phase", "cph", "cphase", "re", "real", "im", "imag", "conj", "avg", "mean", "rms", "pp", "integ", "deriv",
-    "maximum", "minimum",
-)  # fmt: skip
 # another measurement, where a .meas reads one: meas(name)
 MEASURED = "meas"
 # functions that read circuit and machine; kinds of joints have words of their own beside them (Scope.reads)
@@ -369,7 +274,7 @@ _ARITHMETIC: dict[str, Callable[[float, float], float]] = {
     "-": lambda a, b: a - b,
     "*": lambda a, b: a * b,
     "/": lambda a, b: a / b,
-    "**": _power,
+    "**": power,
     **_COMPARE,
 }
 
@@ -396,6 +301,23 @@ def names(node: Node) -> Iterator[str]:
     for part in (*getattr(node, "args", ()), *(getattr(node, key, None) for key in "cab")):
         if isinstance(part, Node):
             yield from names(part)
+
+
+def calls(ast: Node | float) -> Iterator[Call]:
+    """All calls in an expression."""
+    if isinstance(ast, Call):
+        yield ast
+        parts: Iterable[Node] = ast.args
+    elif isinstance(ast, Binary):
+        parts = (ast.a, ast.b)
+    elif isinstance(ast, Unary):
+        parts = (ast.a,)
+    elif isinstance(ast, Cond):
+        parts = (ast.c, ast.a, ast.b)
+    else:
+        parts = ()
+    for part in parts:
+        yield from calls(part)
 
 
 def _evaluate(node: Node, scope: Scope, calls: _Calls) -> float:
@@ -434,7 +356,7 @@ def _evaluate_call(node: Call, scope: Scope, calls: _Calls) -> float:
         value = _evaluate(body, _FuncScope(scope, dict(zip(names, values, strict=True))), calls)
         calls.depth -= 1
         return value
-    if node.fn in _BRANCHING:
+    if node.fn in BRANCHES:
         _check_count(node, 3, 3)
         return _evaluate(node.args[1 if _evaluate(node.args[0], scope, calls) else 2], scope, calls)
     if is_random(node.fn, len(node.args)):
@@ -442,11 +364,10 @@ def _evaluate_call(node: Call, scope: Scope, calls: _Calls) -> float:
         _check_count(node, least, most)
         draw = scope.draws.of(node)
         return _apply(draw, tuple(_evaluate(a, scope, calls) for a in node.args), node)
-    if node.fn in _MATH:
-        least, most, function = _MATH[node.fn]
-        _check_count(node, least, most)
-        return _apply(function, tuple(_evaluate(a, scope, calls) for a in node.args), node)
-    if node.fn in PROBES or node.fn in _DYNAMIC or node.fn in OF_COLUMNS or scope.reads(node.fn):
+    if (function := MATH.get(node.fn)) is not None:
+        _check_count(node, function.least, function.most)
+        return _apply(function.value, tuple(_evaluate(a, scope, calls) for a in node.args), node)
+    if node.fn in PROBES or node.fn in OF_TIME or node.fn in OF_COLUMNS or scope.reads(node.fn):
         raise ExprError(
             "E125",
             f"`{_short(node)}` is known only while the run goes on; a number is needed here",
@@ -515,7 +436,7 @@ FOREIGN = {
 
 
 def unknown_function(node: Call) -> ExprError:
-    near = SYNONYMS.get(node.fn) or suggest(node.fn, [*_MATH, *RANDOM, *_BRANCHING, *PROBES, *_DYNAMIC])
+    near = SYNONYMS.get(node.fn) or suggest(node.fn, [*MATH, *RANDOM, *BRANCHES, *PROBES, *OF_TIME])
     if near in PROBES:
         near = to_text(Call(near, node.args))
     return ExprError(
@@ -590,22 +511,22 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], calls: _Calls) 
     if node.fn in OF_COLUMNS and not all(isinstance(a, (Name, Num)) for a in node.args):
         return Call(node.fn, [_fold(a, scope, bound, calls) for a in node.args], node.at)
     probes = node.fn in PROBES or node.fn in OF_COLUMNS
-    if probes or (node.fn not in SOURCE_MATH and scope.reads(node.fn)):
+    if probes or (node.fn not in MATH and scope.reads(node.fn)):
         args = [_fold_place(a, scope, bound, calls) for a in node.args]
         changed = any(a is not b for a, b in zip(args, node.args, strict=True))
         return scope.probe(Call(node.fn, args, node.at) if changed else node)
-    if node.fn not in (*_BRANCHING, *_DYNAMIC, *RANDOM) and node.fn not in SOURCE_MATH:
+    if not any(node.fn in known for known in (MATH, BRANCHES, OF_TIME, RANDOM)):
         raise unknown_function(node)  # before its arguments: they may be what a probe that was meant takes
     args = [_fold(a, scope, bound, calls) for a in node.args]
-    if node.fn in _BRANCHING:
+    if node.fn in BRANCHES:
         _check_count(node, 3, 3)
         if isinstance(args[0], Num):
             return args[1 if args[0].value else 2]
         return Cond(args[0], args[1], args[2], node.at)
-    if (random := is_random(node.fn, len(args))) or node.fn in SOURCE_MATH:
-        least, most, _ = RANDOM[node.fn] if random else SOURCE_MATH[node.fn]
+    if (random := is_random(node.fn, len(args))) or node.fn in MATH:
+        least, most = RANDOM[node.fn][:2] if random else (MATH[node.fn].least, MATH[node.fn].most)
         _check_count(node, least, most)
-        function = scope.draws.of(node) if random else SOURCE_MATH[node.fn][2]
+        function = scope.draws.of(node) if random else MATH[node.fn].source
         call = Call(node.fn, args, node.at)
         numbers = [a.value for a in args if isinstance(a, Num)]
         return _constant(function, numbers, call) if len(numbers) == len(args) else call
@@ -679,7 +600,7 @@ def is_constant(node: Node) -> bool:
     if isinstance(node, Cond):
         return is_constant(node.c) and is_constant(node.a) and is_constant(node.b)
     assert isinstance(node, Call)
-    return node.fn not in PROBES and node.fn not in _DYNAMIC and all(is_constant(a) for a in node.args)
+    return node.fn not in PROBES and node.fn not in OF_TIME and all(is_constant(a) for a in node.args)
 
 
 def _short(node: Node) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .diagnostics import Diagnostic, suggest
-from .elements import ELEMENTS
+from .elements import LETTERS
 from .lark_grammar import parser
 from .syntax import CARD_WORDS, LineError, code_end, first_word
 
@@ -92,7 +92,7 @@ _OPERATORS = [
 
 # the form of each card, for the hint under an error in it
 FORMS = {
-    **{kind.letter: kind.form for kind in ELEMENTS},
+    **{kind.letter: kind.form for kind in LETTERS.values()},
     ".tran": ".tran tstep tstop [tstart [tmax]] [uic]",
     ".op": ".op [static]",
     ".dc": ".dc source start stop step [source2 start stop step]",

@@ -549,6 +549,11 @@ def _circuit(assembly: Assembly, r: Run, first: int) -> Scene | None:
     except DeckError as error:
         drawn = {"refused": error.diagnostics[0].message}
         channels = []
+    except Exception as error:  # a drawing never takes the run and its page with it
+        said = f"the circuit could not be drawn ({type(error).__name__}: {error})"
+        flat.sink.warning("W352", said, None, "a fault of emsim: please report it with the deck")
+        drawn = {"refused": said}
+        channels = []
     if drawn.get("pictures") == {}:
         return None
     return Scene(drawn, Part(r.channels, first, len(channels)))

@@ -104,8 +104,8 @@ class Table:
     """
 
     __slots__ = (
-        "_complex", "_courses", "_index", "_numpy", "aside", "axis", "circuit", "energy", "grid", "kind", "names", "plotname",
-        "scene", "stats", "status", "steps", "title", "units", "waves",
+        "_asked", "_complex", "_courses", "_index", "_numpy", "aside", "axis", "circuit", "energy", "grid", "kind", "names",
+        "plotname", "scene", "stats", "status", "steps", "title", "units", "waves",
     )  # fmt: skip
 
     def __init__(
@@ -143,6 +143,7 @@ class Table:
         for k, name in enumerate(self.names):
             self._index.setdefault(_plain(name), k)
         self._numpy: dict[int, Any] = {}
+        self._asked: dict[tuple[str | int, int], memoryview[float]] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles and copies hold plain bytes, wherever the columns came from."""
@@ -443,16 +444,26 @@ class Table:
 
         if times:
             self._check_range(min(times), max(times))
-        x, y = self.doubles(0), self.doubles(name)
+        x, y = self._held(0), self._held(name)
         corners = self.corners(name if isinstance(name, int) or self.has_column(name) else None)
         return [cubic(x, y, t, corners) for t in times]
+
+    def _held(self, name: str | int) -> memoryview[float]:
+        """A column that is asked for place by place: the last few are kept, each is a copy of the engine's."""
+        key = (name, len(self))
+        found = self._asked.get(key)
+        if found is None:
+            if len(self._asked) > 3:
+                self._asked.clear()
+            found = self._asked[key] = self.doubles(name)
+        return found
 
     def _check_range(self, low: float, high: float) -> None:
         if not self.axis or not len(self):
             raise ValueError(f"{self.plotname!r} has no points to look between")
         if self.steps:
             raise ValueError(f"{self.plotname!r} has several courses, one for each {', '.join(self.steps)}")
-        x = self.doubles(0)
+        x = self._held(0)
         rounding = 1e-12 * (x[-1] - x[0])
         if not (x[0] - rounding <= low and high <= x[-1] + rounding):
             asked = high if low >= x[0] - rounding else low

@@ -2,9 +2,8 @@
 
     db(v(out)/v(in))     deg(angle(hinge))     v(a)*i(r1)
 
-A name is a column; all else is arithmetic on whole columns, of complex numbers where these are. FUNCTIONS is the one
-table of functions; outputs/web/data.js has the same for the page (a test holds them together). Where a value does not
-exist it is nan, where it has no bound inf: nothing is clipped.
+A name is a column; all else is arithmetic on whole columns, of complex numbers where these are. The functions are those of
+functions.py. Where a value does not exist it is nan, where it has no bound inf: nothing is clipped.
 """
 
 from __future__ import annotations
@@ -13,9 +12,10 @@ import math
 
 import numpy as np
 
-from .assemble.outputs import KEEPS_UNIT, UNITS, WORDS, unit_of, unit_of_two
+from .assemble.outputs import UNITS, WORDS, unit_of, unit_of_two
 from .diagnostics import deck_error
-from .expr import MEASURED, OF_COLUMNS, SOURCE_MATH, Binary, Call, Cond, Name, Num, Unary, to_text
+from .expr import MEASURED, Binary, Call, Cond, Name, Num, Unary, to_text
+from .functions import KNOWN, SAME
 from .units import product, quotient
 
 TYPE_CHECKING = False
@@ -39,29 +39,13 @@ if TYPE_CHECKING:
         def blocks(self) -> list[tuple[int, int]]: ...  # rows of each course
 
 
-def _phase(z: Any) -> Any:
-    """The angle of a complex number [rad]; of a real one 0, as in ngspice."""
-    return np.angle(z) if np.iscomplexobj(z) else np.zeros(np.shape(z))
-
-
-def _real(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function whose argument's magnitude counts where it is negative, as in B sources; complex numbers as they are."""
-    return lambda x: function(x if np.iscomplexobj(x) else np.abs(x))
-
-
 def _power(a: Any, b: Any) -> Any:
     return np.power(a if np.iscomplexobj(a) else np.abs(a), b)
 
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "abs": np.abs, "mag": np.abs, "re": np.real, "real": np.real, "im": np.imag, "imag": np.imag, "conj": np.conj,
-    "ph": _phase, "phase": _phase, "db": lambda z: 20 * np.log10(np.abs(z)),
-    "sqrt": _real(np.sqrt), "exp": np.exp, "ln": _real(np.log), "log": _real(np.log), "log10": _real(np.log10),
-    "sin": np.sin, "cos": np.cos, "tan": np.tan, "atan": np.arctan, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
-    "atan2": np.arctan2, "hypot": np.hypot, "deg": np.degrees, "rpm": lambda x: np.asarray(x) * 30 / np.pi,
-}  # fmt: skip
-# how many arguments those take that no source knows
-COUNTS = dict.fromkeys((*OF_COLUMNS, "ddt"), 1)
+    name: column for name, f in KNOWN.items() if (column := f.of_columns(np)) is not None
+}
 
 
 def _pieces(x: np.ndarray) -> list[tuple[int, int]]:
@@ -105,7 +89,7 @@ def _mean(x: np.ndarray, y: np.ndarray) -> Any:
 
 # functions of a whole course, which follow it along its axis x [its unit]: (function, how the unit follows)
 WHOLE: dict[str, tuple[Callable[[np.ndarray, np.ndarray], Any], Callable[[str, str], str]]] = {
-    **dict.fromkeys(("cph", "cphase"), (lambda x, y: np.unwrap(_phase(y)), lambda unit, axis: "rad")),
+    **dict.fromkeys(("cph", "cphase"), (lambda x, y: np.unwrap(FUNCTIONS["ph"](y)), lambda unit, axis: "rad")),
     "avg": (_mean, lambda unit, axis: unit), "mean": (_mean, lambda unit, axis: unit),
     "rms": (lambda x, y: np.sqrt(_mean(x, np.abs(y) ** 2)), lambda unit, axis: unit),
     "pp": (lambda x, y: np.ptp(y.real), lambda unit, axis: unit),
@@ -113,7 +97,7 @@ WHOLE: dict[str, tuple[Callable[[np.ndarray, np.ndarray], Any], Callable[[str, s
     "minimum": (lambda x, y: y.real.min(), lambda unit, axis: unit),
     "integ": (_integral, product), "ddt": (_slope, quotient), "deriv": (_slope, quotient),
 }  # fmt: skip
-SAME_UNIT = (*KEEPS_UNIT, "mag", "re", "real", "im", "imag", "conj")
+SAME_UNIT = tuple(name for name, f in KNOWN.items() if f.unit == SAME)
 OPERATORS: dict[str, Callable[..., Any]] = {
     "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": _power,
     "<": lambda a, b: np.less(a, b) * 1.0, "<=": lambda a, b: np.less_equal(a, b) * 1.0,
@@ -137,7 +121,7 @@ def _value(table: Columns, node: Node, where: Span | None) -> tuple[Any, str]:
         return node.value, ""
     if (
         isinstance(node, Call)
-        and node.fn in (*FUNCTIONS, *SOURCE_MATH, *WHOLE)
+        and (node.fn in KNOWN or node.fn in WHOLE)
         and not table.has_column(to_text(node))
         and not (node.fn == "im" and in_words(table, node) is not None)
     ):
@@ -184,7 +168,7 @@ def check(table: Columns, node: Node) -> bool:
     if in_words(table, node) is not None or (isinstance(node, Call) and node.fn == MEASURED):
         return True
     if isinstance(node, Call):
-        known = node.fn in FUNCTIONS or node.fn in SOURCE_MATH or node.fn in WHOLE
+        known = node.fn in KNOWN or node.fn in WHOLE
         return known and all(check(table, a) for a in node.args)
     parts = [getattr(node, key, None) for key in ("a", "b", "c")]
     return not isinstance(node, Name) and all(check(table, part) for part in parts if part is not None)
@@ -213,16 +197,17 @@ def _along(table: Columns, fn: str, values: Any) -> np.ndarray:
     return np.concatenate(parts) if parts else y
 
 
-def _check_count(node: Call, count: int, where: Span | None) -> tuple[int, int, Callable[..., float]]:
-    least, most, function = SOURCE_MATH.get(node.fn) or (COUNTS[node.fn], COUNTS[node.fn], float)
+def _check_count(node: Call, count: int, where: Span | None) -> None:
+    known = KNOWN.get(node.fn)
+    least, most = (1, 1) if known is None else (known.least, known.most)
     if not least <= count <= most:
         wanted = f"{least} argument" + ("s" if least != 1 else "")
         deck_error("E121", f"{node.fn} takes {wanted}, there are {count}", node.span or where)
-    return least, most, function
 
 
 def _apply(node: Call, args: list[Any], where: Span | None) -> Any:
-    function = _check_count(node, len(args), where)[2]
+    _check_count(node, len(args), where)
+    function = KNOWN[node.fn].source
 
     def guarded(*values: float) -> float:
         try:

@@ -16,7 +16,7 @@ FOLDERS = {
     "coupled": "Circuit and machine together",
     "mechanical": "Machines",
     "electrical": "Plain SPICE, compared with ngspice",
-    "bench": "For their cost: the rest of the benchmark set (`emsim chart --suite`)",
+    "bench": "For their cost: the rest of the benchmark set (`python tests/bench/suite.py`)",
     "hard": "Decks on which methods fail",
 }
 

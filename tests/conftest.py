@@ -12,6 +12,8 @@ import pytest
 
 # programs that tests start must find the installed emsim, not the source tree they are started in
 os.environ["PYTHONSAFEPATH"] = "1"
+# ... and its modules compiled: tests start thousands of programs, and compiling the sources is most of what each takes
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # PySpice looks for libngspice.so alone, which only -dev packages have
 if library := find_library("ngspice"):
     os.environ.setdefault("NGSPICE_LIBRARY_PATH", library)

@@ -103,12 +103,18 @@ def copied_tree(to: Path) -> Path:
 
 
 def build_engine(tree: Path) -> None:
-    """Compiles a copied tree's engine and puts it where the tree's emsim imports it."""
-    env = {**os.environ, "CARGO_TARGET_DIR": str(ROOT / "target" / "house"), "PYO3_PYTHON": sys.executable}
+    """Compiles a copied tree's engine and puts it where the tree's emsim imports it. One at a time: builds share a folder."""
+    import fcntl
+
+    shared = ROOT / "target" / "house"
+    env = {**os.environ, "CARGO_TARGET_DIR": str(shared), "PYO3_PYTHON": sys.executable}
     build = "cargo build -q --manifest-path emsim/engine/Cargo.toml --features extension-module"
-    done = subprocess.run(build.split(), cwd=tree, env=env, capture_output=True, text=True, timeout=1200)
-    assert done.returncode == 0, done.stderr
-    for old in (tree / "emsim").glob("_engine.*"):
-        old.unlink()
-    built = next((ROOT / "target" / "house" / "debug").glob("*_engine.[sd][oy]*"))
-    shutil.copy(built, tree / "emsim" / "_engine.abi3.so")
+    shared.mkdir(parents=True, exist_ok=True)
+    with open(shared / "lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        done = subprocess.run(build.split(), cwd=tree, env=env, capture_output=True, text=True, timeout=1200)
+        assert done.returncode == 0, done.stderr
+        for old in (tree / "emsim").glob("_engine.*"):
+            old.unlink()
+        built = next((shared / "debug").glob("*_engine.[sd][oy]*"))
+        shutil.copy(built, tree / "emsim" / "_engine.abi3.so")

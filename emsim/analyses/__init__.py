@@ -2,36 +2,41 @@
 
 from __future__ import annotations
 
-from .ac import Ac
+from ..registry import Registry
 from .base import Analysis, Axis, Run
-from .dc import Dc
-from .disto import Disto
-from .modes import Modes
-from .noise import Noise
-from .op import Op
-from .pss import Pss
-from .pz import Pz
-from .sens import Sens
-from .sp import Sp
-from .ss import Ss
-from .tf import Tf
-from .tran import Tran
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Mapping, Sequence
 
     from ..deck import FlatDeck
     from ..diagnostics import Diagnostic, Span
+    from .tran import Tran
 
 __all__ = ["ANALYSES", "Analysis", "Axis", "Run", "find", "plan", "refused", "transients"]
 
-ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Disto, Noise, Pss, Pz, Sens, Sp, Ss, Modes, Tf)
+# word of the card -> file and class; the file is imported when a deck has the card
+INDEX = {
+    "op": "op Op",
+    "dc": "dc Dc",
+    "tran": "tran Tran",
+    "ac": "ac Ac",
+    "disto": "disto Disto",
+    "noise": "noise Noise",
+    "pss": "pss Pss",
+    "pz": "pz Pz",
+    "sens": "sens Sens",
+    "sp": "sp Sp",
+    "ss": "ss Ss",
+    "modes": "modes Modes",
+    "tf": "tf Tf",
+}
+ANALYSES: Mapping[str, type[Analysis]] = Registry(__name__, INDEX)
 
 
 def find(word: str) -> type[Analysis] | None:
     """The analysis of that name."""
-    return next((a for a in ANALYSES if a.word == word), None)
+    return ANALYSES.get(word)
 
 
 def plan(flat: FlatDeck, tmax: float | None = None) -> list[Analysis]:
@@ -57,7 +62,7 @@ def plan(flat: FlatDeck, tmax: float | None = None) -> list[Analysis]:
     for transient in transients(planned) if tmax is not None else ():
         if not (tmax or 0.0) > 0:
             said = f"the largest step is {tmax:g} s, it must be positive"
-            flat.sink.error("E305", said, transient.card.span, hint=Tran.form)
+            flat.sink.error("E305", said, transient.card.span, hint=transient.form)
         transient.tmax = tmax
     return planned
 
@@ -70,12 +75,17 @@ def refused(flat: FlatDeck) -> list[Diagnostic]:
     for card in flat.analyses:
         if find(card.kind) is None:
             missing.setdefault(card.kind, card.span)
-    hint = "there are " + ", ".join(f".{a.word}" for a in ANALYSES)
+    hint = "there are " + ", ".join(f".{word}" for word in ANALYSES)
     return [
         Diagnostic("error", "E306", f".{word} is not supported yet", span, hint)
         for word, span in missing.items()
     ]
 
 
-def transients(planned: Iterable[Analysis]) -> list[Tran]:
+def transients(planned: Sequence[Analysis]) -> list[Tran]:
+    """Those that run through time, .ss and .pss among them."""
+    if not any(a.in_time for a in planned):
+        return []
+    from .tran import Tran
+
     return [a for a in planned if isinstance(a, Tran)]

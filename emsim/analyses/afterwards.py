@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
@@ -39,12 +41,15 @@ def remarks(assembly: Assembly, run: Run) -> None:
         row, *found = waves.hanging
         at = run.analysis.place(waves.value(row, 0)) if run.kind == "dc" else "at the operating point"
         hangs(assembly, at, *found)
+    if getattr(waves, "unstable", None) is not None:
+        _unstable(assembly, run)
     if run.waves.watch:
         from .watch import teach
 
         rows = run.waves.rows
         teach(assembly, run.waves.watch, run.waves.value(rows - 1, 0) if rows else 0.0)
     if run.kind == "tran":
+        _start(assembly, run)
         _second_order(assembly)
         _conditions(assembly, run)
         _short_steps(assembly, run)
@@ -59,6 +64,47 @@ def remarks(assembly: Assembly, run: Run) -> None:
         _amplified(assembly, run)
     if over_time and run.waves.rows > 1:
         _imbalances(assembly, run)
+
+
+def _unstable(assembly: Assembly, run: Run) -> None:
+    """A rest that the least disturbance leads away from: an operating point, or the end of a transient."""
+    from .failure import locate
+
+    waves: Any = run.waves
+    unknown, grows, turns = waves.unstable
+    where, _ = locate(assembly, assembly.system.names[unknown])
+    over = run.kind == "tran"
+    said = (
+        "the run ends at rest where the circuit does not stay" if over else "the operating point is unstable"
+    )
+    how = "grows" if not grows else f"grows e-fold in {1.0 / grows:.3g} s"
+    if turns:
+        how += f", at {turns / (2.0 * math.pi):.3g} Hz"
+    start = "off on a device" if not turns else "a source that begins with a step, ic= with uic"
+    assembly.flat.sink.note(
+        "N403",
+        f"{said}: the least disturbance {how}, most at {where}",
+        run.analysis.card.span,
+        f"in nature noise is enough; here {start}, .ic or .nodeset v(node)= a little aside leads away",
+    )
+
+
+def _start(assembly: Assembly, run: Run) -> None:
+    """A transient that starts from a substitute of the operating point."""
+    waves: Any = run.waves  # of a transient
+    if waves.substitute is None:
+        return
+    k, holds = waves.substitute
+    what, span = condition(assembly, k)
+    element = assembly.ctx.elements.get(assembly.system.flag_names[k])
+    how = ("on" if holds else "off") if element is not None else "true" if holds else "false"
+    assembly.ctx.remark(
+        "W418",
+        f"there is no operating point: {what} contradicts itself or others. The run starts where it is {how}, with all that is "
+        "continuous solved for",
+        span,
+        "uic starts from given values; .ic v(node)= gives a node of this start, .nodeset says where the point is sought",
+    )
 
 
 def _second_order(assembly: Assembly) -> None:

@@ -211,6 +211,7 @@ class Analysis(ABC):
     plotname: ClassVar[str]  # as raw files spell it
     axis: Axis | None = None
     complex: ClassVar[bool] = False
+    in_time: ClassVar[bool] = False  # a transient, or steady states that are one
     streams: ClassVar[bool] = False  # rows can go to a file while the run goes on
     has_responses: ClassVar[bool] = False  # gains that only frequencies have make sense in it
     names_itself: ClassVar[bool] = False  # its columns are no signals of the deck

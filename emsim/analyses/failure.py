@@ -89,7 +89,8 @@ def explain_failure(
         from .afterwards import condition
 
         said, span = condition(assembly, int(failure["flag"]))
-        when = f"at t = {float(failure.get('t') or 0.0):.6g} s"
+        point = "operating point" in failure.get("during", "")
+        when = "at the operating point" if point else f"at t = {float(failure.get('t') or 0.0):.6g} s"
         hint = (
             "conditions that set each other off have no value; a small delay between them (R and C) gives one"
         )

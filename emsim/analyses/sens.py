@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from ..elements import Element
     from .base import Progress
 
+    Derivative = Callable[[np.ndarray, np.ndarray | None, np.ndarray | None], list[complex]]
+
 STEP = 3e-3  # of a parameter's value, or of 1 where that is 0
 POINTS = ((1, 45.0), (2, -9.0), (3, 1.0))  # central difference of order 6: sum k (f(j h) - f(-j h))/(60 h)
 ANCHOR = 1e-30  # S, from each node to ground: nothing, and no node floats
@@ -140,7 +142,6 @@ class Sens(Analysis):
         """Name, unit and derivative by every parameter; over frequency, or the one number of the operating point."""
         import numpy as np
 
-        from ..cards import CARDS
         from .pencil import dense
 
         ctx, system = assembly.ctx, assembly.system
@@ -172,6 +173,21 @@ class Sens(Analysis):
                 return [0j] * len(spectra[0])
             return [0.0 - complex(a @ (dg @ v + s * (dc @ v))) for s, v, a in zip(*spectra, strict=True)]
 
+        yield from self._by_elements(assembly, linear, over, result, spectra)
+        yield from _by_cards(assembly, x, over is not None, result)
+
+    def _by_elements(
+        self,
+        assembly: Assembly,
+        linear: SmallSignal,
+        over: SmallSignal | None,
+        result: Derivative,
+        spectra: Any,
+    ) -> Iterator[tuple[str, str, list[complex]]]:
+        """`result` makes derivatives of the change of F, G and C; `spectra` over frequency: places, answers, adjoints."""
+        import numpy as np
+
+        ctx, n, x = assembly.ctx, assembly.system.n, np.array(linear.x)
         for e in ctx.elements.values():
             if e.letter in "VvIi":
                 yield from self._of_source(assembly, linear, over, e, result)
@@ -208,21 +224,6 @@ class Sens(Analysis):
                     if over is not None and e.letter in "Rr" and name == e.name and not e.params.get("ac"):
                         # by the resistance to small signals alone, which is the same here
                         yield f"{name}_ac", unit, result(np.zeros(n), *found[1:])
-        for card in assembly.flat.machine:
-            for key, number in card.params.items():
-                spec = CARDS[card.kind].spec.params.get(key)
-                if (
-                    spec is None
-                    or spec.kind not in ("number", "value", "vector")
-                    or not isinstance(number, float)
-                    or key in PLACES
-                ):
-                    continue
-                found = _changes(
-                    n, number, over is not None, _of_card(assembly, card, key, x, over is not None)
-                )
-                if found is not None:
-                    yield f"{card.name}_{key}", spec.unit, result(*found)
 
     def _of_source(
         self,
@@ -385,6 +386,27 @@ def _changes(
             for total, part in zip(sums, found, strict=True):
                 total += side * weight / (60.0 * step) * part
     return sums[0], sums[1] if matrices else None, sums[2] if matrices else None
+
+
+def _by_cards(
+    assembly: Assembly, x: np.ndarray, small: bool, result: Derivative
+) -> Iterator[tuple[str, str, list[complex]]]:
+    """By the numbers of machine cards."""
+    from ..cards import CARDS
+
+    for card in assembly.flat.machine:
+        for key, number in card.params.items():
+            spec = CARDS[card.kind].spec.params.get(key)
+            if (
+                spec is None
+                or spec.kind not in ("number", "value", "vector")
+                or not isinstance(number, float)
+                or key in PLACES
+            ):
+                continue
+            found = _changes(assembly.system.n, number, small, _of_card(assembly, card, key, x, small))
+            if found is not None:
+                yield f"{card.name}_{key}", spec.unit, result(*found)
 
 
 def _of_element(

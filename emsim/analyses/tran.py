@@ -66,6 +66,7 @@ class Tran(Analysis):
     meaning = "the time course from the operating point, or from initial values"
     plotname = "Transient Analysis"
     axis = Axis("time", "s")
+    in_time = True
     streams = True
     draws = ("machine", "circuit")
     begin: tuple[list[float], list[float]] | None = None  # unknowns and conditions that it goes on from

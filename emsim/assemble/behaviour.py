@@ -23,6 +23,8 @@ from ..diagnostics import suggest
 from ..draws import RANDOM
 from ..elements.base import CURRENT_NAMES
 from ..expr import OUTSIDE, Binary, Call, Cond, Name, Num, Unary
+from ..functions import ALIASES, BRANCHES, IN_SOURCES, OF_TIME
+from ..functions import FUNCTIONS as OF_SOURCES
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -31,42 +33,18 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..diagnostics import Span
     from ..expr import Node
+    from ..functions import Function
     from .context import Context
 
 TINY = 1e-32  # ngspice's fudge under a division
 SMOOTH = 1e-64  # under even roots, so that the derivative at 0 is finite
 
 CONSTANTS = {"pi": math.pi, "e": math.e, "hertz": 0.0, "yes": 1.0, "no": 0.0, "true": 1.0, "false": 0.0}
-DIRECT = (
-    "sin",
-    "cos",
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "sinh",
-    "cosh",
-    "tanh",
-    "asinh",
-    "acosh",
-    "atanh",
-    "exp",
-)
-ROUNDING: dict[str, Callable[[float], int]] = {
-    "floor": math.floor,
-    "ceil": math.ceil,
-    "nint": round,
-    "int": math.trunc,
-}
-ALIASES = {"arctan": "atan", "sign": "sgn", "stp": "gt0", "round": "nint", "fmod": "mod"}
-CONVERSIONS = {"deg": 180.0 / math.pi, "rpm": 30.0 / math.pi}
 MECHANICAL_WORDS = """
     angle omega alpha pos vel acc x y z vx vy vz ax ay az fx fy fz mx my mz
     force torque i v id iq p gap slip friction mode hits impulse energy ke pe power loss supplied
 """
 MECHANICAL = frozenset(MECHANICAL_WORDS.split())
-# functions whose value ngspice computes from one argument compared with zero
-ZERO_TESTS = {"eq0": "==", "ne0": "!=", "gt0": ">", "lt0": "<", "ge0": ">=", "le0": "<="}
 
 
 class Compiler:
@@ -174,7 +152,7 @@ class Compiler:
         if op == "||":
             p, q = self._truth(a), self._truth(b)
             return self._mark(p + q - p * q)
-        return self._compare(op, a, b)
+        return self.compare(op, a, b)
 
     def _divide(self, a: Expr, b: Expr, mechanical: bool, node: Binary) -> Expr:
         if b.value is not None:
@@ -203,9 +181,9 @@ class Compiler:
             return self.ctx.b.const(1.0 if e.value != 0.0 else 0.0)
         return e if e.id in self._truths else self._mark(self.ctx.flag(e) + self.ctx.flag(-e))
 
-    def _compare(self, op: str, a: Expr, b: Expr) -> Expr:
+    def compare(self, op: str, a: Expr, b: Expr) -> Expr:
         if op == "!=":
-            return self._mark(1.0 - self._compare("==", a, b))
+            return self._mark(1.0 - self.compare("==", a, b))
         over, under = self.ctx.flag, self.ctx.flag
         if op == ">":
             value = over(a - b)
@@ -243,7 +221,7 @@ class Compiler:
         n = b.value
         if n is None:
             self._watch_base(a, base)
-            return self.ctx.b.call("pow", self._sqrt(a * a), b)
+            return self.ctx.b.call("pow", self.root(a * a), b)
         if a.value is not None:
             return self._constant(lambda: math.pow(abs(a.value or 0.0), n), base)
         if n == 0.0:
@@ -268,7 +246,7 @@ class Compiler:
         if n == 1.0:
             return self.ctx.abs_(a)
         if n == round(n):
-            return self._sqrt(a * a) * a ** (n - 1.0)
+            return self.root(a * a) * a ** (n - 1.0)
         return self.ctx.b.call("pow", a * a + SMOOTH, self.ctx.b.const(n / 2))
 
     def _watch_base(self, a: Expr, base: Node) -> None:
@@ -282,7 +260,7 @@ class Compiler:
         if a.value is not None and b.value is not None:
             x, y = a.value, b.value
             return self._constant(lambda: math.copysign(math.pow(abs(x), y), x), base)
-        size = self._sqrt(a * a)
+        size = self.root(a * a)
         if b.value is not None and b.value >= 1.0:
             # x |x|^(y-1) is smooth through 0 where sgn(x) |x|^y would be a flag
             return a * (self.ctx.b.call("pow", size, b - 1.0) if b.value != 2.0 else size)
@@ -294,7 +272,7 @@ class Compiler:
         )
         return self.ctx.b.select(self.ctx.flag(-a), -power, power)
 
-    def _sqrt(self, square: Expr) -> Expr:
+    def root(self, square: Expr) -> Expr:
         return (
             self.ctx.b.call("sqrt", square + SMOOTH)
             if square.value is None
@@ -311,7 +289,7 @@ class Compiler:
 
     def _call(self, node: Call) -> Expr:
         fn, args = ALIASES.get(node.fn, node.fn), node.args
-        ctx, b = self.ctx, self.ctx.b
+        ctx = self.ctx
         if fn == "v" and args and self._is_node(args[0]):
             return self._voltage(node)
         if fn == "i" and len(args) == 1 and (found := self._current(args[0])) is not None:
@@ -331,28 +309,33 @@ class Compiler:
         handler: Callable[[Call], Expr] | None = getattr(self, f"_fn_{fn}", None)
         if handler is not None:
             return handler(node)
-        if fn in DIRECT and self._expects(node, 1):
-            a = self._node(args[0])
-            if a.value is not None:
-                x = a.value
-                return self._constant(lambda: getattr(math, fn)(x), node)
-            return b.call(fn, a)
-        if fn in ROUNDING and self._expects(node, 1):
-            return self._round(fn, self._node(args[0]))
-        if fn in CONVERSIONS and self._expects(node, 1):
-            return CONVERSIONS[fn] * self._node(args[0])
-        if fn in ZERO_TESTS and self._expects(node, 1):
-            return self._compare(ZERO_TESTS[fn], self._node(args[0]), b.const(0.0))
+        if (function := IN_SOURCES.get(fn)) is not None:
+            return self._of_table(function, node)
         if fn in RANDOM:
             return self._error("E286", f"`{fn}` draws from constants", node)
         if _reads_machine(fn):
             return self._not_mechanical(node)
-        if fn in (*DIRECT, *ROUNDING, *CONVERSIONS, *ZERO_TESTS):
-            return b.const(0.0)  # wrong number of arguments, already reported
         near = suggest(fn, FUNCTIONS)
         return self._error(
             "E122", f"there is no function `{fn}`", node, f"did you mean `{near}`?" if near else None
         )
+
+    def call(self, function: str, *arguments: Expr) -> Expr:
+        """A function that the engine has by this name."""
+        return self.ctx.b.call(function, *arguments)
+
+    def _of_table(self, function: Function, node: Call) -> Expr:
+        if not self._expects(node, *range(function.least, min(function.most, len(node.args)) + 1)):
+            return self.ctx.b.const(0.0)
+        arguments = [self._node(a) for a in node.args]
+        values = [a.value for a in arguments]
+        if None not in values:
+            return self._constant(lambda: function.source(*values), node)
+        if isinstance(function.graph, str):
+            return self.call(function.graph, *arguments)
+        assert function.graph is not None
+        found: Expr = function.graph(self, *arguments)
+        return found
 
     def _expects(self, node: Call, *counts: int) -> bool:
         if len(node.args) in counts:
@@ -436,9 +419,6 @@ class Compiler:
 
     # functions of ngspice, one method each -------------------------------------------------------
 
-    def _fn_abs(self, node: Call) -> Expr:
-        return self.ctx.abs_(self._node(node.args[0])) if self._expects(node, 1) else self.ctx.b.const(0.0)
-
     def _fn_sqrt(self, node: Call) -> Expr:
         if not self._expects(node, 1):
             return self.ctx.b.const(0.0)
@@ -446,7 +426,7 @@ class Compiler:
         if a.value is not None:
             return self.ctx.b.const(math.sqrt(abs(a.value)))
         self._watch(a, "sqrt", node)
-        return self._sqrt(self._sqrt(a * a))
+        return self.root(self.root(a * a))
 
     def _fn_ln(self, node: Call) -> Expr:
         if not self._expects(node, 1):
@@ -483,20 +463,6 @@ class Compiler:
         whole = Call("int", [Binary("/", x, y, node.at)], node.at)
         return self._node(Binary("-", x, Binary("*", y, whole, node.at), node.at))
 
-    def _fn_sqr(self, node: Call) -> Expr:
-        return self._node(node.args[0]) ** 2 if self._expects(node, 1) else self.ctx.b.const(0.0)
-
-    def _fn_atan2(self, node: Call) -> Expr:
-        if not self._expects(node, 2):
-            return self.ctx.b.const(0.0)
-        return self.ctx.b.call("atan2", self._node(node.args[0]), self._node(node.args[1]))
-
-    def _fn_hypot(self, node: Call) -> Expr:
-        if not self._expects(node, 2):
-            return self.ctx.b.const(0.0)
-        a, b = self._node(node.args[0]), self._node(node.args[1])
-        return self._sqrt(a * a + b * b)
-
     def _fn_min(self, node: Call) -> Expr:
         return self._extreme(node, self.ctx.min_)
 
@@ -511,26 +477,6 @@ class Compiler:
         for arg in node.args[1:]:
             value = pick(value, self._node(arg))
         return value
-
-    def _fn_sgn(self, node: Call) -> Expr:
-        if not self._expects(node, 1):
-            return self.ctx.b.const(0.0)
-        a = self._node(node.args[0])
-        return self.ctx.flag(a) - self.ctx.flag(-a)
-
-    def _fn_u(self, node: Call) -> Expr:
-        """0, 1/2 at zero, 1."""
-        return 0.5 + 0.5 * self._fn_sgn(node)
-
-    def _fn_u2(self, node: Call) -> Expr:
-        if not self._expects(node, 1):
-            return self.ctx.b.const(0.0)
-        return self.ctx.clamp(self._node(node.args[0]), 0.0, 1.0)
-
-    def _fn_uramp(self, node: Call) -> Expr:
-        if not self._expects(node, 1):
-            return self.ctx.b.const(0.0)
-        return self.ctx.max_(self._node(node.args[0]), self.ctx.b.const(0.0))
 
     def _fn_if(self, node: Call) -> Expr:
         if not self._expects(node, 3):
@@ -614,24 +560,9 @@ class Compiler:
 
     _fn_absdelay = _fn_delay
 
-    # ---------------------------------------------------------------------------------------------
 
-    def _round(self, fn: str, a: Expr) -> Expr:
-        if a.value is not None:
-            return self.ctx.b.const(float(ROUNDING[fn](a.value)))
-        ctx = self.ctx
-        if fn == "ceil":
-            return -ctx.floor_(-a)
-        if fn == "int":
-            sign = ctx.b.select(ctx.flag(a), ctx.b.const(1.0), ctx.b.const(-1.0))
-            return sign * ctx.floor_(sign * a)
-        return ctx.floor_(a + 0.5, halves_to_even=True) if fn == "nint" else ctx.floor_(a)
-
-
-FUNCTIONS = (
-    *DIRECT, *ROUNDING, *CONVERSIONS, *ZERO_TESTS, *RANDOM, *MECHANICAL,
-    *(name[4:] for name in vars(Compiler) if name.startswith("_fn_")),
-)  # fmt: skip
+# what can be meant
+FUNCTIONS = (*(f.name for f in OF_SOURCES), *BRANCHES, *OF_TIME, *RANDOM, *MECHANICAL)
 
 
 def _reads_machine(fn: str) -> bool:
@@ -650,7 +581,7 @@ def _never_negative(node: Node) -> bool:
     if isinstance(node, Call):
         if node.fn in ("min", "max"):
             return (any if node.fn == "max" else all)(map(_never_negative, node.args))
-        return node.fn in ("abs", "sqrt", "exp", "cosh", "hypot", "pow", "u", "u2", "uramp", *ZERO_TESTS)
+        return node.fn in IN_SOURCES and IN_SOURCES[node.fn].positive
     if isinstance(node, Cond):
         return _never_negative(node.a) and _never_negative(node.b)
     if isinstance(node, Binary):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from ..elements.compiled import Compiled
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 from ..syntax import CARD_WORDS
 from . import terminals
@@ -74,7 +73,11 @@ def _kinds_differ(ctx: Context) -> None:
 def _loose_shafts(ctx: Context) -> None:
     """Mechanical terminals of modules at nodes where nothing else is, in a deck with joints: one was meant, perhaps."""
     joints = [card.name for card in ctx.flat.machine if card.kind == "JOINT"]
-    modules = [e for e in ctx.elements.values() if isinstance(e, Compiled)] if joints else []
+    if not joints:
+        return
+    from ..elements.compiled import Compiled
+
+    modules = [e for e in ctx.elements.values() if isinstance(e, Compiled)]
     loose = [(e, name) for e in modules for name in e.units() if name not in joints]
     if not loose:
         return
@@ -180,6 +183,12 @@ def _calls(ast: Any) -> Iterator[Call]:
 
 def contribute(ctx: Context) -> None:
     """Every element's stamps; then shunts asked for by options, and the forced starting values."""
+    if any("uic" in a.flags for a in ctx.flat.analyses if a.kind == "tran"):
+        from .initial import voltages
+
+        ctx.given = voltages(ctx)
+        for name, volts in ctx.given.items():
+            ctx.b.given(ctx.nodes[name], volts)
     for e in ctx.in_turn(ctx.elements.values()):
         e.contribute(ctx)
     _couplings_possible(ctx)

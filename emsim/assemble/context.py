@@ -89,6 +89,7 @@ class Context:
         self.names_own = False  # an analysis has columns that are no signals of the deck: onoise_spectrum
         self.longest_step = math.inf  # that modules allow [s]
         self.ics: dict[str, float] = {}
+        self.given: dict[str, float] = {}  # voltages of nodes at a start with UIC (initial.py)
         # name of a digital node -> its number, its level as an expression: 0, 1, 1/2 where it is undefined
         self.digital: dict[str, tuple[int, Expr]] = {}
         self.saved: dict[str, Output] | None = None  # columns that every analysis records (outputs.py)
@@ -134,8 +135,8 @@ class Context:
         return self.digital[name]
 
     def initial(self, name: str) -> float:
-        """Initial voltage of a node under UIC: its .ic, or 0 [V]."""
-        return self.ics.get(name, 0.0)
+        """Initial voltage of a node under UIC: what ic= and .ic give it, or 0 [V]."""
+        return self.given.get(name, 0.0)
 
     def new_branch(self, name: str, initial: float = 0.0) -> int:
         """A current unknown; `initial` counts under UIC."""

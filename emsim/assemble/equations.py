@@ -78,16 +78,8 @@ def contribute(m: Mechanism) -> None:
         ):
             force[k] = force[k] - e
 
-    # powers: efforts are held constant by symbols while the sum is differentiated
-    flows, efforts = b.const(0.0), []
-    for card in m.ctx.in_turn(m.active):
-        for effort, flow in card.powers(m):
-            symbol = b.symbol()
-            m.efforts.append((card, effort, flow))
-            efforts.append((symbol, effort))
-            flows = flows + symbol * flow
-    if efforts:
-        power = b.substitute(b.grad(flows, us), efforts)
+    # powers
+    if (power := _of_powers(m, us)) is not None:
         force = [f + g for f, g in zip(force, power, strict=True)]
 
     # loops
@@ -106,12 +98,36 @@ def contribute(m: Mechanism) -> None:
     rows = [*p, *force, *drift, *drifts, *(row.h for row in m.rows)]
     rows = m.public_all(rows)
     p, force, drift = rows[:n], rows[n : 2 * n], rows[2 * n : 3 * n]
-    count = len(m.rows)
     rates_and_gaps = rows[3 * n :]
     m.momentum = {id(c): (p[k], force[k]) for k, c in enumerate([*motions, *m.given, *m.virtuals])}
     m.operations = b.count(rows)
 
-    # rows
+    _add_rows(m, p, force, drift, rates_and_gaps)
+    laws.contribute(m)
+
+    # the electrical side
+    for card in m.ctx.in_turn(m.active):
+        card.stamp(m)
+
+
+def _of_powers(m: Mechanism, us: list[Expr]) -> list[Expr] | None:
+    """Generalised forces of the cards' powers: efforts are held constant by symbols while the sum is differentiated."""
+    b = m.b
+    flows, efforts = b.const(0.0), []
+    for card in m.ctx.in_turn(m.active):
+        for effort, flow in card.powers(m):
+            symbol = b.symbol()
+            m.efforts.append((card, effort, flow))
+            efforts.append((symbol, effort))
+            flows = flows + symbol * flow
+    return b.substitute(b.grad(flows, us), efforts) if efforts else None
+
+
+def _add_rows(
+    m: Mechanism, p: list[Expr], force: list[Expr], drift: list[Expr], rates_and_gaps: list[Expr]
+) -> None:
+    """Momenta, forces and loops into the rows of places, speeds and multipliers."""
+    b, places, motions, count = m.b, m.places, m.motions, len(m.rows)
     for c in places:
         b.c(c.row, c.row, 1.0)
     for k, c in enumerate(motions):
@@ -137,12 +153,6 @@ def contribute(m: Mechanism) -> None:
     for k, row in enumerate(m.rows):
         b.add_f(row.row, rates_and_gaps[k])
         b.add_f(row.mu_row, rates_and_gaps[count + k])
-
-    laws.contribute(m)
-
-    # the electrical side
-    for card in m.ctx.in_turn(m.active):
-        card.stamp(m)
 
 
 def _on_speeds(m: Mechanism, by_place: list[Expr]) -> list[Expr]:

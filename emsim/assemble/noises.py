@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from random import Random
 
 MOST = 5_000_000  # points of a waveform
-KINDS = ("trnoise", "trrandom")
 
 
 Points = list[float]  # t0, v0, t1, v1, ..

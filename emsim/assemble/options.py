@@ -1,4 +1,4 @@
-"""Options: what .options, .temp and the command line say, with ngspice's defaults, checked and named once.
+"""Options: what .options, .temp and the command line say, with ngspice's defaults: one table, OPTIONS.
 
 `resolve` gives one dict that the engine, the circuit and the analyses share.
 """
@@ -16,60 +16,84 @@ if TYPE_CHECKING:
     from ..deck import FlatDeck
     from ..diagnostics import Sink, Span
 
-METHODS = (
-    "auto",
-    "trap",
-    "gear",
-    "radau",
-    "radau5",
-    "radau9",
-    "radau13",
-    "trbdf2",
-    "esdirk",
-    "gauss",
-    "rk45",
-    "dop853",
-)
-SPECIAL = ("multirate",)  # for some decks only: a chart runs it where it is asked for
-SPELLINGS = {
-    "auto": "auto", "trapezoidal": "trap", "trap": "trap", "gear": "gear", "bdf": "gear", "radau": "radau",
-    "radau5": "radau5", "radau9": "radau9", "radau13": "radau13",
-    "trbdf2": "trbdf2", "esdirk": "esdirk", "gauss": "gauss", "gauss4": "gauss4", "gauss6": "gauss6",
-    "rk45": "rk45", "dopri5": "rk45", "dop853": "dop853",
-    "multirate": "multirate",
-}  # fmt: skip
+# the integrators are told by the engine: of each its names, the first its own, and what help says
+REGISTRY = methods()
+SPECIAL = ("multirate", "gauss4", "gauss6")  # a chart runs these only where it is asked for them
+METHODS = tuple(names[0] for names, *_ in REGISTRY if names[0] not in SPECIAL)
+SPELLINGS = {name: names[0] for names, *_ in REGISTRY for name in names}
 
 FORMULATIONS = ("joint", "absolute")  # coordinates of joints along a tree, or of every body
 
 GMIN = 1e-12  # least conductance of a junction [S]
-# name -> least value allowed. Only what is given is passed on: the engine's defaults are ngspice 39's
-# (cktntask.c), with the absolute tolerances following a reltol tighter than 1e-3 unless they are given too.
-NUMBERS: dict[str, float] = {
-    "reltol": 1e-14,  # relative tolerance of every quantity, 1e-3
-    # absolute tolerances, by kind of quantity; what is not given is the engine's (engine/src/tolerances.rs)
-    "vntol": 0.0,  # voltages [V], 1e-6
-    "abstol": 0.0,  # currents [A], 1e-12
-    "chgtol": 0.0,  # charges [C], 0: errors of capacitors are measured in volt
-    "flxtol": 0.0,  # flux linkages [Wb], 0: those of inductors in ampere
-    "lentol": 0.0,  # lengths [m], 1e-8 of the largest that the deck states
-    "angtol": 0.0,  # angles [rad], 1e-8
-    "veltol": 0.0,  # velocities [m/s], 1e-8 sqrt(g L)
-    "spintol": 0.0,  # angular velocities [rad/s], 1e-6
-    "forcetol": 0.0,  # multipliers that are forces [N], 1e-8 of the largest weight
-    "torquetol": 0.0,  # multipliers that are torques [N m], the same at the largest length
-    "trtol": 0.0,  # how far the truncation error may exceed its estimate
-    "gmin": 0.0,
-    "itl1": 1.0,  # Newton iterations of the operating point
-    "itl2": 1.0,  # ... of each of its stepping stages
-    "itl4": 1.0,  # ... of a time point
-    "maxord": 1.0,  # highest order of gear, 5
-    "fixed_step": 1e-30,  # every step this long [s], no error control; gear then runs at exactly maxord, 2
-    "projection": 0.0,  # 0: explicit methods let closed loops drift
-    "maxsteps": 1.0,  # a run that would need more is refused with an estimate, 1e8
-    "rshunt": 0.0,  # from every node to ground [ohm]
-    "gshunt": 0.0,  # the same as a conductance [S]
-    "cshunt": 0.0,  # from every node to ground [F]
-}
+
+
+class Option:
+    """An option of .options, of the command line and of emsim.run: one line of the table below, which help, hover, completion and
+    the reference tell.
+
+    unit, default, what   as they are told; default "-" where there is none
+    least    the least value allowed of a number; None for what is not one, or is checked where it is read
+    whole    a count: what is behind its point is dropped
+    reader   the file that acts on it
+    """
+
+    __slots__ = ("default", "least", "name", "reader", "unit", "what", "whole")
+
+    def __init__(
+        self,
+        name: str,
+        unit: str,
+        default: str,
+        what: str,
+        least: float | None,
+        reader: str,
+        whole: bool = False,
+    ) -> None:
+        self.name, self.unit, self.default, self.what = name, unit, default, what
+        self.least, self.reader, self.whole = least, reader, whole
+
+
+_TOLERANCES, _RUN, _CIRCUIT = "engine/src/tolerances.rs", "engine/src/py/system.rs", "assemble/circuit.py"
+# Only what is given is passed on: the engine's defaults are ngspice 39's (cktntask.c), with the absolute tolerances following a
+# reltol tighter than 1e-3 unless they are given too.
+OPTIONS = {option.name: option for option in (
+    Option("method", "", "auto", "integration method", None, "engine/src/integrate/mod.rs"),
+    Option("formulation", "", "auto", "coordinates of the machine: of joints, or of bodies (absolute), as long chains have them",
+           None, "assemble/__init__.py"),
+    Option("dialect", "", "-", "how the deck is read where they differ: ngspice, ltspice, pspice; see `emsim help dialects`",
+           None, "build.py"),
+    Option("reltol", "", "1e-3", "relative tolerance of every quantity", 1e-14, _RUN),
+    Option("vntol", "V", "1e-6", "absolute tolerance of voltages", 0.0, _TOLERANCES),
+    Option("abstol", "A", "1e-12", "absolute tolerance of currents", 0.0, _TOLERANCES),
+    Option("chgtol", "C", "0", "absolute tolerance of charges; 0: errors of capacitors are measured in volt", 0.0, _TOLERANCES),
+    Option("flxtol", "Wb", "0", "absolute tolerance of flux linkages; 0: errors of inductors are measured in ampere", 0.0,
+           _TOLERANCES),
+    Option("lentol", "m", "1e-8 L", "absolute tolerance of lengths; L is the largest length that the deck states", 0.0,
+           _TOLERANCES),
+    Option("angtol", "rad", "1e-8", "absolute tolerance of angles", 0.0, _TOLERANCES),
+    Option("veltol", "m/s", "1e-8 sqrt(g L)", "absolute tolerance of velocities; g = 9.81 m/s^2", 0.0, _TOLERANCES),
+    Option("spintol", "rad/s", "1e-6", "absolute tolerance of angular velocities", 0.0, _TOLERANCES),
+    Option("forcetol", "N", "1e-8 M g", "absolute tolerance of forces that hold joints; M is the largest mass", 0.0, _TOLERANCES),
+    Option("torquetol", "N m", "1e-8 M g L", "absolute tolerance of torques that hold joints", 0.0, _TOLERANCES),
+    Option("trtol", "", "1; 0.1 for gear of free order", "how far the truncation error of trap and gear may exceed its estimate",
+           0.0, _RUN),
+    Option("gmin", "S", "1e-12", "least conductance of a junction", 0.0, _RUN),
+    Option("seed", "", "1", "of random values: the same seed draws the same", None, "elaborate/flatten.py"),
+    Option("itl1", "", "100", "Newton iterations of the operating point", 1.0, _RUN, whole=True),
+    Option("itl2", "", "-", "accepted as ngspice has it; the stages of the operating point have their own limits", 1.0, "",
+           whole=True),
+    Option("itl4", "", "30", "Newton iterations of a time point of trap and gear, 10 at least", 1.0, _RUN, whole=True),
+    Option("maxord", "", "5", "highest order of gear; 2 is SPICE's method", 1.0, _RUN),
+    Option("maxsteps", "", "1e8", "a run that would need more steps is refused with an estimate", 1.0, _RUN),
+    Option("fixed_step", "s", "-", "every step this long, no error control; gear then has order 2, or maxord", 1e-30, _RUN),
+    Option("temp", "C", "27", "temperature", None, "elaborate/flatten.py"),
+    Option("tnom", "C", "27", "temperature at which models were measured", None, "elaborate/flatten.py"),
+    Option("rshunt", "ohm", "-", "resistance from every node to ground", 0.0, _CIRCUIT),
+    Option("gshunt", "S", "0", "conductance from every node to ground", 0.0, _CIRCUIT),
+    Option("cshunt", "F", "0", "capacitance from every node to ground", 0.0, _CIRCUIT),
+    Option("projection", "", "1", "0: explicit methods let closed loops drift", 0.0, _RUN),
+)}  # fmt: skip
+NUMBERS = {name: option.least for name, option in OPTIONS.items() if option.least is not None}
 TEMPERATURES = ("temp", "tnom")  # [C]
 # read by the front end, or about ngspice's own printing and matrix code: nothing to say about them
 SILENT_WORDS = """
@@ -116,8 +140,7 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
         elif name not in SILENT:
             strange.append(name)
     if strange:
-        known = [*NUMBERS, "method", "formulation", "dialect", "seed", "temp", "tnom"]
-        near = {s: suggest(s, known) for s in strange}
+        near = {s: suggest(s, OPTIONS) for s in strange}
         hints = ", ".join(f"`{n}` for `{s}`" for s, n in near.items() if n)
         hint = f"did you mean {hints}?" if hints else None
         if "tmax" in strange:
@@ -138,7 +161,7 @@ def _number(name: str, value: object, sink: Sink, span: Span | None) -> float | 
         return None
     if name == "maxord":
         return min(int(value), 6)
-    return int(value) if name in ("itl1", "itl2", "itl4") else float(value)
+    return int(value) if name in OPTIONS and OPTIONS[name].whole else float(value)
 
 
 def _seed(value: object, sink: Sink, span: Span | None) -> None:
@@ -149,8 +172,6 @@ def _seed(value: object, sink: Sink, span: Span | None) -> None:
 
 def _method(word: str, sink: Sink, span: Span | None) -> str | None:
     name = SPELLINGS.get(word.lower())
-    if name is None and word.lower() in methods():
-        return word.lower()
     if name is None:
         near = suggest(word, SPELLINGS)
         sink.error(

@@ -9,7 +9,8 @@ coordinates, coupling forces). `.save` narrows that; `.save all` keeps it, and `
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from ..expr import MEASURED, OF_COLUMNS, Binary, Call, Cond, Name, Node, Num, Unary, to_text
+from ..expr import MEASURED, Binary, Call, Cond, Name, Node, Num, Unary, to_text
+from ..functions import IN_SOURCES, KNOWN, OF_COLUMNS, SAME
 from ..units import product, quotient
 from . import terminals
 from .behaviour import MECHANICAL
@@ -32,10 +33,10 @@ UNITS = {
     "fx": "N", "fy": "N", "fz": "N", "mx": "N m", "my": "N m", "mz": "N m", "force": "N", "torque": "N m",
     "id": "A", "iq": "A",
     "gap": "m", "slip": "m/s", "friction": "N", "impulse": "N s",
-    "deg": "deg", "rpm": "rpm", "db": "dB", "ph": "rad", "cph": "rad",
-    "phase": "rad", "cphase": "rad",
+    "cph": "rad", "cphase": "rad",
+    **{name: f.unit for name, f in KNOWN.items() if f.unit not in ("", SAME)},
 }  # fmt: skip
-KEEPS_UNIT = ("abs", "min", "max", "limit")
+KEEPS_UNIT = tuple(name for name, f in IN_SOURCES.items() if f.unit == SAME)
 # no source computes them
 AFTERWARDS = ("db", *OF_COLUMNS)
 # the letters behind v and i of SPICE's words for them

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from typing import Any
 
-    from ..cards import Card
+    from ..cards.base import Card
     from .mechanism import Mechanism
 
 EITHER = ("m or rad", "rad or m", "rad or m, and per second")  # of a slide in metres

@@ -20,8 +20,7 @@ from itertools import pairwise
 from ..deck import MachineCard
 from ..diagnostics import suggest
 from ..elements import Element
-from ..elements.controlled import calls
-from ..expr import Node
+from ..expr import Node, calls
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

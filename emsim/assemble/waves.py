@@ -21,8 +21,6 @@ from __future__ import annotations
 from itertools import pairwise
 from math import ceil, isfinite
 
-from . import noises
-
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..deck import Waveform
@@ -31,6 +29,7 @@ if TYPE_CHECKING:
 
 Resolved = tuple[str, list[float], float | None]
 
+RANDOM_KINDS = ("trnoise", "trrandom")  # noises.py
 # kind -> least number of arguments
 LEAST = {"pulse": 2, "sin": 1, "exp": 2, "pwl": 2, "sffm": 1, "am": 1, "dc": 1, "trnoise": 1, "trrandom": 2}
 
@@ -41,7 +40,7 @@ def of_source(e: Element, times: tuple[float, ...], sink: Sink, runs: bool = Tru
     if e.wave is None:
         value = dc if dc is not None else e.value
         return "dc", [float(value) if isinstance(value, (int, float)) else 0.0], None
-    if e.wave.kind in noises.KINDS:
+    if e.wave.kind in RANDOM_KINDS:
         plain = 0.0 if dc is None else float(dc)
         if not runs:
             return "dc", [plain], None
@@ -77,7 +76,7 @@ def resolve(wave: Waveform, times: tuple[float, ...], sink: Sink) -> tuple[str, 
     except ValueError as trouble:
         sink.error("E292", f"{kind.upper()}: {trouble}", wave.span)
         return "dc", [0.0]
-    if kind in noises.KINDS:
+    if kind in RANDOM_KINDS:
         if len(times) == 3:
             sink.error(
                 "E440",
@@ -218,6 +217,8 @@ def constant(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[f
 
 
 def random(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
+    from . import noises
+
     return noises.points(wave.kind, a.given, tstop, wave.seed)
 
 

@@ -1,49 +1,37 @@
-"""Machine cards, one file each. This list is the only place where they are registered."""
+"""Machine cards, one file each. This list is the only place where they are registered; a file is imported when a deck has a
+machine."""
 
 from __future__ import annotations
 
-from .base import Card, Spec
-from .belt import Belt
-from .body import Body
-from .cam import Cam
-from .contact import Contact
-from .damper import Damper
-from .drive import Drive
-from .force import Force
-from .freewheel import Freewheel
-from .friction import Friction
-from .gear import Gear
-from .joint import Joint
-from .motors import Motor
-from .point import Point
-from .pot import Pot
-from .spring import Spring
-from .stop import Stop
-from .torque import Torque
-from .transducer import Transducer
+from ..registry import Registry
 
-CARDS: dict[str, type[Card]] = {
-    card.spec.word: card
-    for card in (
-        Body,
-        Point,
-        Joint,
-        Motor,
-        Pot,
-        Spring,
-        Damper,
-        Friction,
-        Freewheel,
-        Stop,
-        Gear,
-        Belt,
-        Cam,
-        Force,
-        Torque,
-        Drive,
-        Contact,
-        Transducer,
-    )
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from .base import Card
+
+__all__ = ["CARDS"]
+
+# word -> file and class
+INDEX = {
+    "BODY": "body Body",
+    "POINT": "point Point",
+    "JOINT": "joint Joint",
+    "MOTOR": "motors Motor",
+    "POT": "pot Pot",
+    "SPRING": "spring Spring",
+    "DAMPER": "damper Damper",
+    "FRICTION": "friction Friction",
+    "FREEWHEEL": "freewheel Freewheel",
+    "STOP": "stop Stop",
+    "GEAR": "gear Gear",
+    "BELT": "belt Belt",
+    "CAM": "cam Cam",
+    "FORCE": "force Force",
+    "TORQUE": "torque Torque",
+    "DRIVE": "drive Drive",
+    "CONTACT": "contact Contact",
+    "TRANSDUCER": "transducer Transducer",
 }
-
-__all__ = ["CARDS", "Card", "Spec"]
+CARDS: Mapping[str, type[Card]] = Registry(__name__, INDEX)

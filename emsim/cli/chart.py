@@ -1,4 +1,4 @@
-"""usage: emsim chart [options] deck.cir        (or --suite [options], or --hard [case or method ...])
+"""usage: emsim chart [options] deck.cir        (or --hard [case or method ...])
 
 Runs every method over a ladder of tolerances and charts error against CPU time and against evaluations.
 Error is the largest difference from a converged reference over the compared signals and common times, in
@@ -6,9 +6,6 @@ parts of each signal's range; the reference is radau at its tightest, confirmed 
 on the same compiled equations where these reduce to an ODE, ngspice where the deck is plain SPICE. Every run has a time
 limit; what does not get through is listed with the reason. Exit code 3 without a converged reference, 5 when a picture
 is asked for and matplotlib is missing.
-
---suite charts the benchmark set in a source tree's netlists/ and writes small multiples for each group, a summary
-picture and the README's table; a deck that has no converged reference is listed and makes exit code 3.
 
 --hard runs the stability atlas, the decks in netlists/hard/ on which methods are known to fail, under every method: ok,
 damped, rings, drifts, explodes or stops, with the number. Words after it keep the cases and methods that they name; -o
@@ -34,27 +31,26 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..reports.ladder import Judge, Problem, Turns
-    from ..reports.work_precision import Chart
+    from ..reports.work_precision import Chart, Series
 
-SUITE_ONLY = ("only", "quick", "peers", "readme", "from")
-OPTIONS = [
-    Option("-o --output", "picture to write, .png .svg or .pdf; none without it", "FILE"),
+OF_LADDER = [
     Option("--csv", "every point as CSV; - is stdout, in place of the table", "FILE"),
     Option("--methods", "methods to run, instead of all", "A,B,..."),
     Option("--tolerances", "the ladder, instead of 1e-2,1e-3,...,1e-9", "X,Y,..."),
-    Option("--signals", "columns to compare, instead of the states; ; between names that hold commas", "A,B,..."),
-    Option("--times", "number of common times, 50", "N"),
     Option("--limit", "CPU seconds a run may take, instead of 60 times the best at its tolerance", "SECONDS"),
     Option("--rounds", "runs of each point for the median of its time, 5", "N"),
-    Option("--budget", "seconds to spend on these repetitions, and on turns of what is compared, 10", "SECONDS"),
+    Option(
+        "--budget", "seconds to spend on these repetitions, and on turns of what is compared, 10", "SECONDS"
+    ),
     Option("--alone", "neither scipy nor ngspice"),
-    Option("--suite", "the benchmark set: pictures, suite.csv, suite.json, the table; -o is their folder"),
-    Option("--only", "of the suite: these entries, by name, deck or group", "A,B,..."),
-    Option("--quick", "of the suite: three entries, a short ladder"),
-    Option("--peers", "of the suite: MuJoCo, Exudyn and Drake on the machines that they build too"),
-    Option("--readme", "of the suite: write the table and its picture into README.md; of --hard: into netlists/hard/README.md"),
-    Option("--from", "of the suite: nothing is run, charts come from a suite.json", "FILE"),
+]
+OPTIONS = [
+    Option("-o --output", "picture to write, .png .svg or .pdf; none without it", "FILE"),
+    *OF_LADDER,
+    Option("--signals", "columns to compare, instead of the states; ; between names that hold commas", "A,B,..."),
+    Option("--times", "number of common times, 50", "N"),
     Option("--hard", "the stability atlas: hard cases under every method; -o takes .md too"),
+    Option("--readme", "of --hard: write the table into netlists/hard/README.md"),
     Option("--points", "list every run"),
     DEFINE,
     JSON,
@@ -65,17 +61,12 @@ OPTIONS = [
 
 def main(args: Sequence[str]) -> int:
     given = parse(args, OPTIONS)
-    if given.has("suite"):
-        from .chart_suite import run_suite
-
-        return run_suite(given)
     if given.has("hard"):
         from .chart_hard import run_hard
 
         return run_hard(given)
-    for option in SUITE_ONLY:
-        if given.has(option):
-            raise UsageError(f"--{option} goes with --suite")
+    if given.has("readme"):
+        raise UsageError("--readme goes with --hard")
     deck = given.deck("chart")
     _targets(given, deck)
     chosen = settings(given)
@@ -103,20 +94,20 @@ def main(args: Sequence[str]) -> int:
 
 
 class Settings:
-    """How a deck is to be charted. A suite has less time for each deck than a deck alone.
+    """How a deck is to be charted.
 
     reference   CPU seconds for the reference, and as many for what confirms it
     own         keyword arguments of ladder.measure; scipy, ngspice: of theirs, None to leave them out
     even        the run ends at a common time, as other engines must
-    engines     other programs that build the deck's machine, by their names in reports/peers/
+    others      measures other programs on the same problem: (problem, judge, tell, turn) -> series and notes
     """
 
     __slots__ = (
         "defines",
-        "engines",
         "even",
         "methods",
         "ngspice",
+        "others",
         "own",
         "reference",
         "scipy",
@@ -125,23 +116,23 @@ class Settings:
         "times",
     )
 
-    def __init__(self, methods: Sequence[str], suite: bool) -> None:
+    def __init__(self, methods: Sequence[str]) -> None:
         self.methods = list(methods)
-        self.reference = 3.0 if suite else 8.0
-        self.own: dict[str, Any] = dict(rounds=3, budget=3.0, most=0.8) if suite else {}
-        self.scipy: dict[str, Any] | None = dict(tolerances=(1e-3, 1e-6, 1e-9), limit=0.3) if suite else {}
-        self.ngspice: dict[str, Any] | None = dict(limit=5.0) if suite else {}
+        self.reference = 8.0
+        self.own: dict[str, Any] = {}
+        self.scipy: dict[str, Any] | None = {}
+        self.ngspice: dict[str, Any] | None = {}
         self.signals: list[str] | None = None
         self.stop: float | None = None
         self.times: int | None = None
         self.even = False
-        self.engines: tuple[str, ...] = ()
+        self.others: Callable[..., tuple[list[Series], list[str]]] | None = None
         self.defines: dict[str, str] = {}
 
 
 def settings(given: Arguments) -> Settings:
     """What the command line asks."""
-    out = Settings(_methods(given), given.has("suite"))
+    out = Settings(_methods(given))
     out.defines, out.signals = defines(given), _names(given.text("signals"))
     if given.has("times"):
         out.times = _count(given, "times")
@@ -187,13 +178,8 @@ def measured(source: str, name: str, chosen: Settings, tell: Callable[[str], obj
     turns.spend(chosen.own.get("rounds", ladder.ROUNDS), chosen.own.get("budget", ladder.BUDGET))
     if chosen.ngspice is not None and problem.plain:
         _ngspice(chart, problem, found.judge, source, chosen, tell, turns)
-    if chosen.engines:
-        from ..reports import peers
-
-        machine = splitext(basename(source))[0]
-        series, notes = peers.measure(
-            problem, found.judge, machine, chosen.engines, said=tell, turn=turns.take
-        )
+    if chosen.others is not None:
+        series, notes = chosen.others(problem, found.judge, tell, turns.take)
         chart.series += series
         chart.notes += notes
     turns.settle()

@@ -201,9 +201,10 @@ class Progress:
             f"t={engineering(t)}s/{engineering(stop)}s  step {engineering(step)}s  {engineering(steps)} steps"
             f"  ETA {left:.0f}s  events {events}"
         )
-        self.stream.write("\r" + line.ljust(self._width))
+        # an interrupt may come as soon as something is shown, and has it wiped
+        before, self._width = self._width, len(line)
+        self.stream.write("\r" + line.ljust(before))
         self.stream.flush()
-        self._width = len(line)
 
     def clear(self) -> None:
         if self._width:

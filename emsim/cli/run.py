@@ -228,9 +228,39 @@ def _deliver(
 ) -> int:
     """Files first, so that nothing that happens to the terminal can lose them; then tables and messages. A file that
     cannot be written loses none of the others."""
+    written, failed = _written(given, result, targets, source, stream)
+    said, code = list(trouble), code or (OUTSIDE if failed else OK)
+    said += failed
+    for drawing in (plots, films):
+        try:
+            if drawing and any(len(table) for table in result.plots):
+                drawing.draw(result)
+                written += drawing.files
+        except DeckError as error:
+            # what cannot be drawn is said with the rest
+            code, said = code or DECK, [*said, *error.diagnostics]
+        except OSError as error:
+            code, said = code or OUTSIDE, [*said, unwritten(", ".join(drawing.files), error)]
+    diagnostics = [*result.diagnostics, *(d for d in said if d not in result.diagnostics)]
+    if not given.has("json") and given.text("csv") != "-":
+        _print_tables(result, not plots.terminal, given.has("energy"))
+    # where nothing ran the note is all that says why there is no file
+    show(diagnostics, given.has("quiet") and bool(result.plots))
+    if given.has("json"):
+        _print_json(code, diagnostics, written, result)
+    elif result.plots and not given.has("quiet"):
+        print(_summary(result, written), file=sys.stderr)
+        point(said)
+    return code
+
+
+def _written(
+    given: Arguments, result: Result, targets: Sequence[Target], source: str, stream: raw.Stream | None
+) -> tuple[list[str], list[Diagnostic]]:
+    """Files that were written, and what is to be said of those that could not be. CSV on stdout is no file."""
     written: list[str] = []
-    computed = any(len(table) for table in result.plots)
-    for kind, path, options in targets if computed else ():
+    failed: list[Diagnostic] = []
+    for kind, path, options in targets if any(len(table) for table in result.plots) else ():
         if path == "-":
             from ..outputs import csv
 
@@ -250,67 +280,51 @@ def _deliver(
                 csv.write(path, result)
             written.append(path)
         except OSError as error:
-            code, trouble = code or OUTSIDE, [*trouble, unwritten(path, error)]
-    for drawing in (plots, films):
-        try:
-            if computed and drawing:
-                drawing.draw(result)
-                written += drawing.files
-        except DeckError as error:
-            # what cannot be drawn is said with the rest
-            code, trouble = code or DECK, [*trouble, *error.diagnostics]
-        except OSError as error:
-            code, trouble = code or OUTSIDE, [*trouble, unwritten(", ".join(drawing.files), error)]
-    diagnostics = [*result.diagnostics, *(d for d in trouble if d not in result.diagnostics)]
-    tables = not given.has("json") and given.text("csv") != "-"
-    if result.prints and tables and not plots.terminal:
-        from ..outputs import text
+            failed.append(unwritten(path, error))
+    return written, failed
 
+
+def _print_tables(result: Result, prints: bool, energy: bool) -> None:
+    """.print, .meas, .four and the balance of energy, on stdout."""
+    if not (result.prints or result.measured or result.spectra or energy):
+        return
+    from ..outputs import text
+
+    if result.prints and prints:
         print_lines(text.lines(result, unfinished=LAST_ROWS))
-    if result.measured and tables:
-        from ..outputs import text
-
+    if result.measured:
         print_lines(text.measured(result))
-    if result.spectra and tables:
-        from ..outputs import text
-
+    if result.spectra:
         print_lines(text.harmonics(result))
-    if given.has("energy") and tables:
-        from ..outputs import text
+    for table in result.plots if energy else ():
+        steps = table.step_values() if table.is_stepped else [{}]
+        for values, course in zip(steps, table.courses() if table.is_stepped else [table], strict=True):
+            if course.energy is not None:
+                print_lines(["", *([text.said(values)] if values else []), *course.energy.table()])
 
-        for table in result.plots:
-            steps = table.step_values() if table.is_stepped else [{}]
-            for values, course in zip(steps, table.courses() if table.is_stepped else [table], strict=True):
-                if course.energy is not None:
-                    print_lines(["", *([text.said(values)] if values else []), *course.energy.table()])
-    # where nothing ran the note is all that says why there is no file
-    show(diagnostics, given.has("quiet") and bool(result.plots))
-    if given.has("json"):
-        print_json(
-            code,
-            diagnostics,
-            files=written,
-            analyses=[
-                {
-                    "kind": p.kind,
-                    "points": len(p),
-                    "signals": p.names,
-                    "units": p.units,
-                    "status": p.status,
-                    "steps": p.steps,
-                }
-                for p in result.plots
-            ],
-            statistics={p.kind: p.stats for p in result.plots},
-            steps=result.steps,
-            fourier=[s.to_dict() for s in result.spectra],
-            measures=[m.to_dict() for m in result.measured],
-            energy={p.kind: p.energy.to_dict() for p in result.plots if p.energy is not None},
-        )
-    elif result.plots and not given.has("quiet"):
-        print(_summary(result, written), file=sys.stderr)
-        point(trouble)
-    return code
+
+def _print_json(code: int, diagnostics: Sequence[Diagnostic], files: Sequence[str], result: Result) -> None:
+    print_json(
+        code,
+        diagnostics,
+        files=files,
+        analyses=[
+            {
+                "kind": p.kind,
+                "points": len(p),
+                "signals": p.names,
+                "units": p.units,
+                "status": p.status,
+                "steps": p.steps,
+            }
+            for p in result.plots
+        ],
+        statistics={p.kind: p.stats for p in result.plots},
+        steps=result.steps,
+        fourier=[s.to_dict() for s in result.spectra],
+        measures=[m.to_dict() for m in result.measured],
+        energy={p.kind: p.energy.to_dict() for p in result.plots if p.energy is not None},
+    )
 
 
 def _chosen(table: Table) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..build_expr import extent
-from ..expr import SOURCE_MATH
+from ..functions import MATH
 from ..units import spice_number
 from . import functions
 from .errors import CommandError
@@ -185,8 +185,8 @@ class Evaluator:
             known = self.s.plots.known(self.text[start:end])
             if known is not None:  # angle(hinge), a column of the machine
                 return known
-        if name in SOURCE_MATH and SOURCE_MATH[name][0] <= len(args) <= SOURCE_MATH[name][1]:
-            function = SOURCE_MATH[name][2]
+        if (of_numbers := MATH.get(name)) is not None and of_numbers.least <= len(args) <= of_numbers.most:
+            function = of_numbers.source
             values = [self.value(a, given) for a in args]
             longest = max(values, key=len)
             columns = [_stretched(v.values.real, len(longest)) for v in values]

@@ -16,7 +16,7 @@ from emsim.cli import VERBS
 from emsim.cli.explain import message
 from emsim.cli.help import EXIT_CODES, verb_help
 from emsim.editor import words
-from emsim.elements import ELEMENTS, Element
+from emsim.elements import LETTERS, Element
 from emsim.elements import Param as Word
 from emsim.reports.codes import catalogue
 from emsim.reports.words import BRINGS, default, meaning
@@ -132,14 +132,16 @@ def kinds() -> str:
 
 
 def all_elements() -> str:
-    rows = [[f"[{kind.letter.upper()}](#{kind.letter})", kind.what, code(kind.form)] for kind in ELEMENTS]
+    rows = [
+        [f"[{kind.letter.upper()}](#{kind.letter})", kind.what, code(kind.form)] for kind in LETTERS.values()
+    ]
     parts = [
         "# Elements\n",
         "What a line is follows from its first letter, as in SPICE. The current of an element counts as positive into its first "
         "terminal; `i(name)` reads it.\n",
         table(["letter", "what it is", "form"], rows),
     ]
-    parts += [one_element(kind) for kind in ELEMENTS]
+    parts += [one_element(kind) for kind in LETTERS.values()]
     return "\n".join(parts)
 
 

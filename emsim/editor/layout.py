@@ -9,7 +9,7 @@ is every line that the grammar does not accept, and every line whose tree would 
 
 from __future__ import annotations
 
-from ..elements import ELEMENTS
+from ..elements import LETTERS
 from ..source import Reading, SourceFile, trees
 from ..syntax import CARD_WORDS, first_word
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 INDENT = "  "
 WIDEST = 20  # of a column: what is longer stands out of it
 COMMENT_AT = 64  # a comment behind more than that is not lined up
-TWO_NODES = frozenset(kind.letter for kind in ELEMENTS if len(kind.terminals) > 1)
+TWO_NODES = frozenset(kind.letter for kind in LETTERS.values() if len(kind.terminals) > 1)
 OPENING, CLOSING = "([{", ")]}"
 BLANKS = " \t\r\f\v\xa0"
 PLAIN_BLANKS = (

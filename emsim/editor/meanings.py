@@ -9,7 +9,7 @@ from ..cards import CARDS
 from ..cards.joints import KINDS
 from ..cards.motors import MODELS as MOTORS
 from ..dialects import DIALECTS, find
-from ..elements import ELEMENTS
+from ..elements import LETTERS
 from ..elements.xspice import NAMES, code_model
 from ..measures import KINDS as MEASURES
 from ..reports import words as references
@@ -19,7 +19,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-MODELS = {kind: element.letter.upper() for element in ELEMENTS for kind in element.model_types}
+MODELS = {kind: element.letter.upper() for element in LETTERS.values() for kind in element.model_types}
 
 
 def lines(word: str) -> list[str]:
@@ -161,7 +161,7 @@ def _code_models() -> Rows:
 
 TOPICS: dict[str, tuple[str, Callable[[], Rows]]] = {
     "cards": ("machine cards", lambda: [(word, card.spec.meaning) for word, card in CARDS.items()]),
-    "elements": ("letters of SPICE", lambda: [(kind.letter.upper(), kind.what, kind.form) for kind in ELEMENTS]),
+    "elements": ("letters of SPICE", lambda: [(kind.letter.upper(), kind.what, kind.form) for kind in LETTERS.values()]),
     "code_models": ("of A lines, by the word of their .model", _code_models),
     "joints": ("kinds of joints", lambda: [(name, kind.meaning) for name, kind in KINDS.items()]),
     "motors": ("types of .model for MOTOR", lambda: [(name, kind.spec.meaning) for name, kind in MOTORS.items()]),

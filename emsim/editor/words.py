@@ -3,14 +3,17 @@ parameters mean stands in the cards' own specs, what elements are in the classes
 
 from __future__ import annotations
 
+from .. import functions
 from ..analyses import ANALYSES
+from ..assemble import options
 from ..cards.joints import WORDS as JOINT_WORDS
 from ..cards.joints import readers
+from ..functions import BRANCHES, DRAWN, OF_TIME
 from ..measures import KINDS
 
 # dot card -> (form, meaning)
 DOTS = {
-    **{f".{a.word}": (a.form, a.meaning) for a in ANALYSES},
+    **{f".{a.word}": (a.form, a.meaning) for a in ANALYSES.values()},
     ".tran": (".tran tstep tstop [tstart [tmax]] [uic]", "transient analysis [s]; uic: start from given values"),
     ".op": (".op [static]", "operating point, mechanics held where it starts; static: everything comes to rest"),
     ".param": (".param name=value [name={expression} ..]", "parameters, of the deck or of the subcircuit"),
@@ -43,7 +46,7 @@ DOTS = {
     ".view": (".view [fps=] [speed=] [trace=point] [scale=]", "how the machine is drawn"),
     ".title": (".title text", "another title"),
     ".end": (".end", "the end of the deck"),
-    **{f".{a.word}": (a.form, a.meaning) for a in ANALYSES if a.word not in ("tran", "op")},
+    **{f".{a.word}": (a.form, a.meaning) for a in ANALYSES.values() if a.word not in ("tran", "op")},
 }  # fmt: skip
 # word of .meas -> (form, meaning)
 MEASURES = {
@@ -105,117 +108,13 @@ READS = {
 }  # fmt: skip
 
 # .options -> (unit, default, meaning)
-OPTIONS = {
-    "method": ("", "auto", "integration method"),
-    "formulation": ("", "auto", "coordinates of the machine: of joints, or of bodies (absolute), as long chains have them"),
-    "dialect": ("", "-", "how the deck is read where they differ: ngspice, ltspice, pspice; see `emsim help dialects`"),
-    "reltol": ("", "1e-3", "relative tolerance of every quantity"),
-    "vntol": ("V", "1e-6", "absolute tolerance of voltages"),
-    "abstol": ("A", "1e-12", "absolute tolerance of currents"),
-    "chgtol": ("C", "0", "absolute tolerance of charges; 0: errors of capacitors are measured in volt"),
-    "flxtol": ("Wb", "0", "absolute tolerance of flux linkages; 0: errors of inductors are measured in ampere"),
-    "lentol": ("m", "1e-8 L", "absolute tolerance of lengths; L is the largest length that the deck states"),
-    "angtol": ("rad", "1e-8", "absolute tolerance of angles"),
-    "veltol": ("m/s", "1e-8 sqrt(g L)", "absolute tolerance of velocities; g = 9.81 m/s^2"),
-    "spintol": ("rad/s", "1e-6", "absolute tolerance of angular velocities"),
-    "forcetol": ("N", "1e-8 M g", "absolute tolerance of forces that hold joints; M is the largest mass"),
-    "torquetol": ("N m", "1e-8 M g L", "absolute tolerance of torques that hold joints"),
-    "trtol": ("", "1; 0.1 for gear of free order", "how far the truncation error of trap and gear may exceed its estimate"),
-    "gmin": ("S", "1e-12", "least conductance of a junction"),
-    "seed": ("", "1", "of random values: the same seed draws the same"),
-    "itl1": ("", "100", "Newton iterations of the operating point"),
-    "itl2": ("", "-", "accepted as ngspice has it; the stages of the operating point have their own limits"),
-    "itl4": ("", "30", "Newton iterations of a time point of trap and gear, 10 at least"),
-    "maxord": ("", "5", "highest order of gear; 2 is SPICE's method"),
-    "maxsteps": ("", "1e8", "a run that would need more steps is refused with an estimate"),
-    "fixed_step": ("s", "-", "every step this long, no error control; gear then has order 2, or maxord"),
-    "temp": ("C", "27", "temperature"),
-    "tnom": ("C", "27", "temperature at which models were measured"),
-    "rshunt": ("ohm", "-", "resistance from every node to ground"),
-    "gshunt": ("S", "0", "conductance from every node to ground"),
-    "cshunt": ("F", "0", "capacitance from every node to ground"),
-    "projection": ("", "1", "0: explicit methods let closed loops drift"),
-}  # fmt: skip
+OPTIONS = {o.name: (o.unit, o.default, o.what) for o in options.OPTIONS.values()}
 
 # function of expressions -> (form, meaning); those that read circuit and machine are in PROBES
-FUNCTIONS = {
-    "sin": ("sin(x)", "sine, x in radians"),
-    "cos": ("cos(x)", "cosine, x in radians"),
-    "tan": ("tan(x)", "tangent, x in radians"),
-    "asin": ("asin(x)", "arc sine, in radians"),
-    "acos": ("acos(x)", "arc cosine, in radians"),
-    "atan": ("atan(x)", "arc tangent, in radians"),
-    "atan2": ("atan2(y,x)", "angle of the point (x,y), in radians"),
-    "sinh": ("sinh(x)", "hyperbolic sine"),
-    "cosh": ("cosh(x)", "hyperbolic cosine"),
-    "tanh": ("tanh(x)", "hyperbolic tangent"),
-    "asinh": ("asinh(x)", "inverse hyperbolic sine"),
-    "acosh": ("acosh(x)", "inverse hyperbolic cosine"),
-    "atanh": ("atanh(x)", "inverse hyperbolic tangent"),
-    "exp": ("exp(x)", "e^x"),
-    "ln": ("ln(x)", "natural logarithm of |x|"),
-    "log": ("log(x)", "natural logarithm of |x|, as in ngspice"),
-    "log10": ("log10(x)", "decadic logarithm of |x|"),
-    "sqrt": ("sqrt(x)", "square root of |x|"),
-    "hypot": ("hypot(x,y)", "sqrt(x^2 + y^2)"),
-    "abs": ("abs(x)", "magnitude"),
-    "sgn": ("sgn(x)", "-1, 0 or 1"),
-    "pow": ("pow(x,y)", "|x|^y, as x^y and x**y; of a machine's quantity an odd whole power keeps its sign"),
-    "pwr": ("pwr(x,y)", "sgn(x) |x|^y"),
-    "pwrs": ("pwrs(x,y)", "sgn(x) |x|^y, in .param too"),
-    "min": ("min(x,y,..)", "the least"),
-    "max": ("max(x,y,..)", "the greatest"),
-    "limit": ("limit(x,lo,hi)", "x kept between lo and hi; limit(nominal,spread) draws one of nominal +- spread, once"),
-    "floor": ("floor(x)", "the next whole number below"),
-    "ceil": ("ceil(x)", "the next whole number above"),
-    "nint": ("nint(x)", "the nearest whole number"),
-    "int": ("int(x)", "the whole part, towards zero"),
-    "mod": ("mod(x,y)", "what is left of x after whole multiples of y, as x % y; it has the sign of x"),
-    "sqr": ("sqr(x)", "x^2"),
-    "u": ("u(x)", "0 below zero, 1 above, 1/2 at zero"),
-    "u2": ("u2(x)", "x kept between 0 and 1"),
-    "uramp": ("uramp(x)", "x above zero, else 0"),
-    "if": ("if(c,a,b)", "a where c is not 0, else b; as c ? a : b"),
-    "ternary_fcn": ("ternary_fcn(c,a,b)", "the same as if(c,a,b)"),
-    **{f"{word}0": (f"{word}0(x)", f"1 where x {sign} 0, else 0")
-       for word, sign in (("eq", "="), ("ne", "<>"), ("gt", ">"), ("lt", "<"), ("ge", ">="), ("le", "<="))},
-    "pwl": ("pwl(x,x0,y0,x1,y1,..)", "straight lines between points; goes on along the first and the last one"),
-    "table": ("table(x,x0,y0,x1,y1,..)", "straight lines between points; stays at the first and last value"),
-    "ddt": ("ddt(x)", "time derivative"),
-    "idt": ("idt(x[,start])", "time integral"),
-    "sdt": ("sdt(x[,start])", "time integral"),
-    "idtmod": ("idtmod(x[,start,m,low])", "time integral, less so many m that it lies between low and low + m"),
-    "delay": ("delay(x,t)", "x as it was the time t before"),
-    "absdelay": ("absdelay(x,t)", "x as it was the time t before, as in Verilog-A"),
-    "deg": ("deg(x)", "radians in degrees"),
-    "rpm": ("rpm(x)", "rad/s in turns a minute"),
-    "mc": ("mc(nominal,relative)", "drawn once, evenly distributed within nominal (1 +- relative), as in LTspice"),
-    "flat": ("flat(spread)", "drawn once, evenly distributed within +- spread, as in LTspice"),
-    "gauss": ("gauss(nominal,relative,sigmas)", "drawn once, normally distributed; relative spread at that many sigmas"),
-    "agauss": ("agauss(nominal,absolute,sigmas)", "drawn once, normally distributed; absolute spread at that many sigmas"),
-    "unif": ("unif(nominal,relative)", "drawn once, evenly distributed within nominal (1 +- relative)"),
-    "aunif": ("aunif(nominal,absolute)", "drawn once, evenly distributed within nominal +- absolute"),
-}  # fmt: skip
-
-
+FUNCTIONS = {**{f.name: (f.form, f.what) for f in functions.FUNCTIONS}, **BRANCHES, **OF_TIME, **DRAWN}
 # function of results, in .print, .meas, --plot, the page and Result[...] -> (form, meaning)
 OF_RESULTS = {
-    "db": ("db(z)", "20 log10 |z|"),
-    "mag": ("mag(z)", "magnitude of a complex signal"),
-    "ph": ("ph(z)", "phase of a complex signal [rad]"),
-    "phase": ("phase(z)", "phase of a complex signal [rad], as ph"),
-    "cphase": ("cphase(z)", "phase of a complex signal without jumps [rad], as cph"),
-    "cph": ("cph(z)", "phase that goes on without jumps [rad]"),
-    "re": ("re(z)", "real part"),
-    "im": ("im(z)", "imaginary part"),
-    "conj": ("conj(z)", "conjugate"),
-    "avg": ("avg(x)", "mean along the axis; as mean(x)"),
-    "rms": ("rms(x)", "root of the mean square along the axis"),
-    "pp": ("pp(x)", "from the smallest to the largest value"),
-    "maximum": ("maximum(x)", "the largest value of all rows"),
-    "minimum": ("minimum(x)", "the smallest value of all rows"),
-    "integ": ("integ(x)", "integral along the axis, from its start"),
-    "deriv": ("deriv(x)", "slope along the axis; as ddt(x)"),
+    **{f.name: (f.form, f.what) for f in (*functions.OF_ROWS, *functions.COURSES)},
     "fft": ("fft(x)", 'spectrum of a transient, in --plot; in Python r.fft("v(out)")'),
 }
 
@@ -241,21 +140,7 @@ WAVES = {
 }  # fmt: skip
 
 # method -> (order, kind, what it is for)
-METHODS = {
-    "auto": ("-", "chooses", "the default: explicit where nothing is stiff, implicit otherwise, and changes on the way"),
-    "trap": ("2", "trapezoidal rule, A-stable, keeps every oscillation and every ringing", "what SPICE does"),
-    "gear": ("1 to 5", "backward differentiation; damps", "driven nonlinear circuits; maxord=2 is SPICE's other method"),
-    "trbdf2": ("2", "one step, L-stable", "circuits of diodes at loose tolerances"),
-    "esdirk": ("4", "one step, L-stable", "switches and diodes"),
-    "radau": ("5, 9 or 13", "collocation, L-stable", "accuracy; linear circuits; stiff machines; closed loops"),
-    "radau5": ("5", "radau of one order", "comparisons"),
-    "radau9": ("9", "radau of one order", "comparisons"),
-    "radau13": ("13", "radau of one order", "comparisons"),
-    "gauss": ("4 or 6", "collocation, symmetric, steps of one length", "energy over 100 000 periods"),
-    "rk45": ("5", "explicit", "lossless circuits whose sources have corners, loose tolerances"),
-    "dop853": ("8", "explicit", "machines that are not stiff, many digits"),
-    "multirate": ("5 and 4", "two paces", "a slow machine beside a fast circuit"),
-}  # fmt: skip
+METHODS = {names[0]: tuple(told) for names, *told in options.REGISTRY}
 
 
 def option(name: str) -> str:

@@ -29,7 +29,7 @@ from ..deck import (
 )
 from ..diagnostics import OutsideError, suggest
 from ..draws import SEED, Draws
-from ..elements import CLASSES, MODEL_TYPES, Element
+from ..elements import MODEL_TYPES, Element
 from ..expr import Call, ExprError, Name, Node, evaluate, fold
 from ..source import NoCollection
 from ..syntax import LineError
@@ -229,7 +229,7 @@ class _Flattener:
         conditions = False
         for card in cards:
             kind = card.__class__
-            if kind in CLASSES:
+            if isinstance(card, Element):
                 out.append(card)
             elif kind is Param:
                 scope.exprs[card.name] = card
@@ -306,7 +306,7 @@ class _Flattener:
         for card in cards:
             kind = card.__class__
             try:
-                if kind in CLASSES:
+                if isinstance(card, Element):
                     # most lines of a big deck: nothing to evaluate, nothing to rename
                     if not (is_top and card.is_plain):
                         card = bind_element(card, level, self.models)

@@ -8,7 +8,6 @@ LTspice's and PSpice's spellings. Of several cards the first one runs fastest, a
 
 from __future__ import annotations
 
-import copy
 import math
 
 from ..diagnostics import suggest
@@ -154,10 +153,12 @@ def check(steps: Sequence[Step], sink: Sink) -> None:
 
 def change_models(scope: DeckScope, changes: Iterable[Change]) -> None:
     """Models of the top level with a parameter of a step."""
+    from copy import copy
+
     for step, value in changes:
         model = scope.models.get(step.name) if step.kind == "model" else None
         if model is not None:
-            changed = copy.copy(model)
+            changed = copy(model)
             changed.params = {**model.params, step.key: value}
             scope.models[step.name] = changed
 
@@ -212,9 +213,11 @@ def _change_word(flat: FlatDeck, step: Step, value: float, models: Mapping[str, 
 
 def _with_value(element: Element, value: float) -> Element | None:
     """A copy with another value; None where it has no plain one."""
+    from copy import copy
+
     if not has_plain_value(element):
         return None
-    changed = copy.copy(element)
+    changed = copy(element)
     if "dc" in element.extra:
         changed.extra, changed.value = {**element.extra, "dc": value}, None
     else:

@@ -1,6 +1,6 @@
 """What a SPICE element is: one class a letter, which says how its line reads, what it adds to equation (1), and its words.
 
-The duties of an element, by who asks; `ctx` is assemble.context.Context. A file in this folder and a line in `ELEMENTS`
+The duties of an element, by who asks; `ctx` is assemble.context.Context. A file in this folder and a line in `INDEX`
 (__init__.py) make an element. Two-terminal elements need `flow` in place of 4. to 6.
 
  1. `letter what form law terminals instance model_types`   its words, for messages, `emsim help`, editors and the reference.

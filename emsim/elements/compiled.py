@@ -239,13 +239,14 @@ class Compiled(Element):
         try:
             said, left_out, longest = ctx.b.module(
                 module.texts, module.name, self.name, nodes, model, self.given(ctx), self.temperature(ctx),
-                float(self.model.params.get("tnom", ctx.tnom)), self.number("m", 1.0), bool(self.params.get("off")),
-                len(self.nodes),
+                float(self.model.params.get("tnom", ctx.tnom)), self.number("m", 1.0), len(self.nodes),
             )  # fmt: skip
         except ValueError as trouble:
             self._told(ctx, trouble.args[0])
             self.module = None  # nothing to read there
             return
+        if self.params.get("off"):
+            ctx.b.off(self.name)
         for text in said:
             ctx.remark("W288", f"`{module.name}` says: {text}", self.model.span)
         for text in left_out:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from ..build_expr import expression, extent, node_name, transform
 from ..diagnostics import deck_error
-from ..expr import Binary, Call, Cond, Name, Node, Unary, fold
+from ..expr import Name, Node, calls, fold
 from ..units import spice_number
 from .base import CONDUCTS, DRIVES, TC, VOLTAGE, Element, Param, number_at
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Sequence
     from typing import Any, ClassVar
 
     from .._engine import Expr
@@ -426,23 +426,6 @@ def polynomial(ctx: Context, coeffs: list[float], xs: list[Expr]) -> Expr:
                 total = total + coeffs[at] * term
             at += 1
     return total
-
-
-def calls(ast: Any) -> Iterator[Call]:
-    """All calls in an expression."""
-    if isinstance(ast, Call):
-        yield ast
-        parts: Iterable[Node] = ast.args
-    elif isinstance(ast, Binary):
-        parts = (ast.a, ast.b)
-    elif isinstance(ast, Unary):
-        parts = (ast.a,)
-    elif isinstance(ast, Cond):
-        parts = (ast.c, ast.a, ast.b)
-    else:
-        parts = ()
-    for part in parts:
-        yield from calls(part)
 
 
 def follows(ctx: Context, source: Element) -> frozenset[str]:

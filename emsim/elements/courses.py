@@ -124,6 +124,8 @@ def fill(ctx: Context, name: str, wave: Waveform, course: Course) -> None:
     """The points of a course into its waveform; an error where that is none."""
     points: list[float] = []
     try:
+        if _count(course) > MOST:  # before a single one is made
+            raise ValueError(f"more than {MOST:,} points")
         again = _expand(ctx, course, points)
     except FileTrouble as error:
         ctx.sink.error("E292", f"{name}: {error}", wave.span, f"looked for {error.path}")
@@ -135,6 +137,17 @@ def fill(ctx: Context, name: str, wave: Waveform, course: Course) -> None:
     wave.args = [v * (up if k % 2 else along) for k, v in enumerate(points)]
     if again is not None:
         wave.params["r"] = again * along
+
+
+def _count(course: Course) -> float:
+    """Points of a course, less those of its files."""
+    total = 0.0
+    for kind, *rest in course:
+        if kind == "at":
+            total += 1.0
+        elif kind == "repeat":  # for ever: twice, the first time differs
+            total += (2.0 if rest[0] is None else rest[0]) * _count(rest[1])
+    return total
 
 
 def _expand(ctx: Context, course: Course, points: list[float]) -> float | None:

@@ -101,6 +101,8 @@ class Diode(Element):
             ctx.b.g(br, p, 1.0)
             ctx.b.g(br, inner, -1.0)
             p = inner
+        if self.params.get("off"):
+            ctx.b.off(self.name)
         try:
             temp, tnom = self.temperature(ctx), model.get("tnom", ctx.tnom)
             for _, inner, conductance in ctx.b.device("d", self.name, (p, n), model, instance, temp, tnom):

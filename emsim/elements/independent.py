@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 
 from ..build_expr import extent, parts
@@ -119,7 +118,7 @@ class Independent(Element):
     def phasor(self) -> complex:
         """What AC on its line says, 0 without."""
         magnitude, phase = self.extra.get("ac") or (0.0, 0.0)
-        return cmath.rect(magnitude, math.radians(phase))
+        return complex(magnitude * math.cos(math.radians(phase)), magnitude * math.sin(math.radians(phase)))
 
     def excite(self, ctx: Context) -> tuple[tuple[int, complex], ...]:
         return ((ctx.wave(self), self.phasor),) if self.phasor else ()

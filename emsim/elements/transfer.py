@@ -17,10 +17,11 @@ import math
 from itertools import pairwise
 
 from ..expr import TRANSFORM, Binary, Call, Name, Num, Unary
+from ..functions import IN_SOURCES
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from .._engine import Expr
     from ..assemble.context import Context
@@ -31,13 +32,15 @@ if TYPE_CHECKING:
 
 SAME = 1e-12  # of the longest delay: less is none
 DEGREE = 64  # of a numerator or denominator, at most
-FUNCTIONS: dict[str, Callable[[complex], complex]] = {
-    "exp": cmath.exp, "sqrt": cmath.sqrt, "ln": cmath.log, "log": cmath.log, "log10": cmath.log10, "sin": cmath.sin,
-    "cos": cmath.cos, "tan": cmath.tan, "sinh": cmath.sinh, "cosh": cmath.cosh, "tanh": cmath.tanh, "atan": cmath.atan,
-    "asinh": cmath.asinh, "acosh": cmath.acosh, "atanh": cmath.atanh, "asin": cmath.asin, "acos": cmath.acos,
-    "abs": lambda z: complex(abs(z)), "sqr": lambda z: z * z,
-}  # fmt: skip
-TWO: dict[str, Callable[[complex, complex], complex]] = {"pow": pow, "pwr": pow, "pwrs": pow}
+# functions of complex numbers, by their arguments
+ONE, TWO = (
+    {
+        name: of
+        for name, f in IN_SOURCES.items()
+        if f.most == count and (of := f.of_complex(cmath)) is not None
+    }
+    for count in (1, 2)
+)
 SUMS = {
     "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b,
     "**": lambda a, b: a**b,
@@ -171,11 +174,11 @@ def _rational(node: Node) -> Rational:
             found = _power(a, b.constant())
     elif isinstance(node, Call) and node.fn in TWO and len(node.args) == 2:
         found = _power(rational(node.args[0]), rational(node.args[1]).constant())
-    elif isinstance(node, Call) and node.fn in FUNCTIONS and len(node.args) == 1:
+    elif isinstance(node, Call) and node.fn in ONE and len(node.args) == 1:
         a = rational(node.args[0])
         at = a.constant()
         if at is not None:
-            value = FUNCTIONS[node.fn](complex(at))
+            value = ONE[node.fn](complex(at))
             found = Rational({0.0: [value.real]}) if value.imag == 0.0 else None
         elif node.fn == "exp" and len(a.below) == 1 and list(a.terms) == [0.0] and len(a.terms[0.0]) == 2:
             fixed, slope = (v / a.below[0] for v in a.terms[0.0])
@@ -206,8 +209,8 @@ def value(node: Node, s: complex) -> complex:
         return -found if node.op == "-" else found
     if isinstance(node, Binary) and node.op in SUMS:
         return complex(SUMS[node.op](value(node.a, s), value(node.b, s)))
-    if isinstance(node, Call) and len(node.args) == 1 and node.fn in FUNCTIONS:
-        return FUNCTIONS[node.fn](value(node.args[0], s))
+    if isinstance(node, Call) and len(node.args) == 1 and node.fn in ONE:
+        return ONE[node.fn](value(node.args[0], s))
     if isinstance(node, Call) and len(node.args) == 2 and node.fn in TWO:
         return complex(TWO[node.fn](*(value(a, s) for a in node.args)))
     raise NotRational(node)

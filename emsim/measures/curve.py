@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 DEGREE = 4  # between two points of a table
-ROUNDED = 1e-12  # of the largest value: what differs by less at the start is on the level
+ROUNDED = 64 * 2.0**-52  # of the largest value: what differs by less is on the level, as for conditions (engine: conditions.rs)
 EQUAL = 1e-9  # of the whole swing: extremes that differ by less are equal
 
 
@@ -143,13 +143,13 @@ class Curve:
 
     def crossings(self, level: Curve, begin: float, end: float) -> Iterator[tuple[float, int]]:
         """(place, 1 rising or -1 falling) of each time at which y comes to `level` from one side, within begin .. end and in
-        the direction of the axis. Touching from below is rising; what starts on a constant level crosses it where it
-        leaves, as in ngspice; what starts on another signal does not."""
+        the direction of the axis. Touching from below is rising, and staying there is no more than that; what starts on a
+        constant level crosses it where it leaves, as in ngspice; what starts on another signal does not."""
         d = self.y - level.y
-        flat = d.ravel().copy()
-        size = max(float(np.abs(self.y).max()), float(np.abs(level.y).max()))
-        leaves = int(np.argmax(np.abs(flat) > ROUNDED * size))
-        flat[:leaves] = 0.0
+        size = max(float(np.abs(y[np.isfinite(y)]).max(initial=0.0)) for y in (self.y, level.y))
+        d[np.abs(d) <= ROUNDED * size] = 0.0
+        flat = d.ravel()
+        leaves = int(np.argmax(flat != 0.0))
         if leaves and np.ptp(level.y) == 0.0 and begin <= (t := float(self.x.ravel()[leaves - 1])) <= end:
             yield t, 1 if flat[leaves] > 0 else -1
         before, now = flat[:-1], flat[1:]

@@ -22,6 +22,7 @@ from math import inf, isfinite, log10
 from os.path import dirname, join
 from zlib import compress, decompress
 
+from .. import functions
 from ..diagnostics import render_text
 from .beside import replacing
 from .thin import size, thinned
@@ -40,9 +41,11 @@ MOST = 440_000  # characters of a run in a file; scripts and styles take 110 000
 SHOWN = 8  # signals drawn at first where the deck has no .print
 WEB = join(dirname(__file__), "web")
 GLYPHS = "glyphs"  # the script that is made of outputs/glyphs/
+FUNCTIONS = "functions"  # the one that is made of functions.py
 SCRIPTS = (
     "vendor/uPlot.iife.min.js",
     "data.js",
+    FUNCTIONS,
     "waves.js",
     "spectrum.js",
     "measure.js",
@@ -83,7 +86,7 @@ def write(
 
 
 def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence[str] = STYLES) -> str:
-    """The whole page around one run; scripts and styles by their names in web/, and GLYPHS."""
+    """The whole page around one run; scripts and styles by their names in web/, GLYPHS and FUNCTIONS."""
     template = _file("page.html")
     engine = ""
     if "engine" in run:
@@ -400,6 +403,8 @@ def _file(name: str) -> str:
         from .glyphs import script
 
         return script()
+    if name == FUNCTIONS:
+        return functions.script()
     with open(join(WEB, name), encoding="utf-8") as file:
         return file.read()
 

@@ -359,7 +359,9 @@ def _named(header: dict[str, list[str]], names: list[str], types: list[str], wav
     from ..result import Table
 
     plotname = header.get("plotname", [""])[0]
-    kind = next((a.word for a in ANALYSES if a.plotname.lower() == plotname.lower()), plotname.lower())
+    kind = next(
+        (a.word for a in ANALYSES.values() if a.plotname.lower() == plotname.lower()), plotname.lower()
+    )
     names = [SWEEPS.get(names[0].lower(), names[0]), *names[1:]]
     units, axis = [UNITS.get(t, "") for t in types], _has_axis(names, types)
     table = Table(kind, names, units, waves, title=header["title"][0], axis=axis, plotname=plotname)

@@ -13,6 +13,8 @@ from __future__ import annotations
 
 from math import cos, inf, pi, sin
 
+from ..functions import IN_SOURCES
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -25,7 +27,6 @@ MOST_TERMS = 64  # that a product of sums may have before it stays a product
 CANCELS = 1e-13  # a sum that is smaller than this share of its parts is rounding
 QUARTER = 1e-12  # a phase this near to a multiple of a right angle is one
 GUARD = 1e-30
-ODD = ("tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh")
 
 
 class Atom:
@@ -236,9 +237,10 @@ class Algebra:
         if name == "abs":
             return self.absolute(a)
         if a.terms and self.leading(a) < 0 and all(c <= 0 for c in a.terms.values()):
-            if name in ODD:
+            known = IN_SOURCES.get(name)
+            if known is not None and known.odd:
                 return self.scale(-1.0, self.atom(name, 0, (self.scale(-1.0, a),)))
-            if name == "cosh":
+            if known is not None and known.even:
                 a = self.scale(-1.0, a)
         return self.atom(name, 0, (a,))
 

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from html import escape
 
+from ..functions import IN_SOURCES
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,10 +29,12 @@ LETTERS = {
 GREEK = {"theta": "\u03b8", "omega": "\u03c9", "lambda": "\u03bb", "mu": "\u03bc"}
 FEW = 6  # terms that every sum shows
 DOTTED = ("vel", "vx", "vy", "vz")
-PLAIN_FUNCTIONS = (
-    "sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "min", "max", "arcsin", "arccos", "arctan",
-)  # fmt: skip
-SPELLED = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "sign": "sgn", "log": "ln"}
+
+
+def spelled(function: str) -> str:
+    """A function as LaTeX has it: a command, or a word without a backslash."""
+    known = IN_SOURCES.get(function)
+    return function if known is None else known.latex
 
 
 class Names:
@@ -362,8 +366,8 @@ def latex(node: Tree, names: Names, digits: int = 6) -> str:
         if kind == "call" and n[1] == "sqrt":
             return rf"\sqrt{{{go(n[2][0])}}}"
         if kind == "call":
-            word = SPELLED.get(n[1], n[1])
-            head = rf"\{word}" if word in PLAIN_FUNCTIONS or word == "ln" else rf"\operatorname{{{word}}}"
+            word = spelled(n[1])
+            head = word if word.startswith("\\") else rf"\operatorname{{{word}}}"
             return rf"{head}\left({', '.join(map(go, n[2]))}\right)"
         if kind == "abs":
             return rf"\left|{go(n[1])}\right|"
@@ -466,9 +470,9 @@ def mathml(node: Tree, names: Names, digits: int = 6) -> str:
             return f"<msqrt>{go(n[2][0])}</msqrt>"
         if kind == "call":
             inside = "<mo>,</mo>".join(map(go, n[2]))
-            simple = len(n[2]) == 1 and n[2][0][0] in ("sym", "name") and n[1] in PLAIN_FUNCTIONS
+            simple = len(n[2]) == 1 and n[2][0][0] in ("sym", "name") and spelled(n[1]).startswith("\\")
             tail = '<mspace width=".1em"/>' + inside if simple else f"<mo>(</mo>{inside}<mo>)</mo>"
-            return f"<mrow><mi>{SPELLED.get(n[1], n[1])}</mi>{tail}</mrow>"
+            return f"<mrow><mi>{spelled(n[1]).removeprefix(chr(92))}</mi>{tail}</mrow>"
         if kind == "abs":
             return f"<mrow><mo>|</mo>{go(n[1])}<mo>|</mo></mrow>"
         if kind == "more":

@@ -14,6 +14,4 @@ def root() -> Path:
         if (folder / "netlists" / "index.py").is_file():
             return folder
     hint = "run it in a source tree of emsim; an installed package has no netlists/"
-    raise OutsideError(
-        Diagnostic("error", "E505", "the benchmark set and the hard cases are not here", None, hint)
-    )
+    raise OutsideError(Diagnostic("error", "E505", "the hard cases are not here", None, hint))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..cards import CARDS
 from ..cards.motors import MODELS
-from ..elements import ELEMENTS
+from ..elements import LETTERS as ELEMENTS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 # machine cards by their word, motors by the type of their .model as well
 KNOWN: dict[str, type[Card]] = {**CARDS, **{kind.upper(): card for kind, card in MODELS.items()}}
-LETTERS: dict[str, type[Element]] = {kind.letter.upper(): kind for kind in ELEMENTS}
+LETTERS: dict[str, type[Element]] = {letter.upper(): kind for letter, kind in ELEMENTS.items()}
 
 # what a card's laws are about
 BRINGS = {

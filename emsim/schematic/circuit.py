@@ -1,7 +1,8 @@
 """What is to be drawn of a deck: parts with their symbols and nets, and what each net is.
 
 One level of the deck is one drawing: its own elements, the machine's cards that have nodes, and a box for every use of a
-subcircuit. What controls a source or a switch is written beside it, as in textbooks, and not wired. A net is
+subcircuit, with all its terminals. What controls a source or a switch is written beside it, as in textbooks, and not wired;
+couplings that no core shows and bulks that are not drawn are told below the drawing (`captions`). A net is
 
     ground    node 0: a symbol at every pin
     rail      held by a constant source against ground and used by several: a bar with its name at every pin
@@ -10,48 +11,29 @@ subcircuit. What controls a source or a switch is written beside it, as in textb
 
 from __future__ import annotations
 
-from ..expr import Call, Node
-from . import symbols
-from .words import quantity, short, tidy, waveform, wrapped
+from ..expr import Call, Name, Node
+from . import coils, symbols
+from .boxes import ABOVE, BELOW, amplifier, gives, sides
+from .labels import Labels
+from .reads import GROUND, reads, terminals
+from .words import broken, listed, quantity
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection, Iterator
     from typing import Any
 
     from ..deck import FlatDeck, MachineCard
     from ..elements import Element
     from .symbols import Symbol
 
-GROUND = ("0", "gnd")
-PASSIVE = ("resistor", "capacitor", "inductor", "diode", "switch")
-SUPPLY_NAMES = (
-    "vcc",
-    "vdd",
-    "vss",
-    "vee",
-    "vbat",
-    "vbb",
-    "vp",
-    "vn",
-    "vs",
-    "vpp",
-    "vplus",
-    "vminus",
-    "v+",
-    "v-",
-)
-# names of terminals of operational amplifiers
-PLUS = ("inp", "in+", "p", "ip", "vip", "plus", "np", "nip", "noninv", "inpos", "+")
-MINUS = ("inm", "inn", "in-", "n", "im", "vin", "minus", "nn", "inv", "inneg", "-")
-OUT = ("out", "o", "vout", "y")
-ABOVE, BELOW = ("vcc", "vdd", "v+", "vp", "vs+", "vpos"), ("vee", "vss", "v-", "vn", "vs-", "vneg")
+SUPPLY_NAMES = tuple("vcc vdd vss vee vbat vbb vp vn vs vpp vplus vminus v+ v-".split())
 
 
 class Part:
     """`nets` by pin of the symbol; `role` orders and turns it: source, series (two pins), transistor, box, amplifier, port."""
 
-    __slots__ = ("card", "kind", "label", "name", "nets", "role", "sources", "symbol")
+    __slots__ = ("card", "kind", "label", "name", "nets", "reads", "role", "sources", "symbol")
 
     def __init__(
         self,
@@ -74,6 +56,7 @@ class Part:
             (name, k) for k in range(len(nets))
         ]  # by pin: whose terminal it is
         self.card = ""  # machine card word
+        self.reads: list[str] = []  # nets that control it
 
     def __repr__(self) -> str:
         return f"<{self.kind} {self.name} {self.nets}>"
@@ -85,34 +68,47 @@ class Circuit:
     def __init__(self, flat: FlatDeck, inside: str = "") -> None:
         self.flat, self.inside = flat, inside
         self.parts: list[Part] = []
+        self.captions: list[str] = []
         self.uses = [use for use in flat.uses if _within(use[0], inside)]
         self.ports = next((nodes for name, _, nodes in flat.uses if name == inside), {})
         self.read: set[str] = set()  # nets that labels speak of
         couplings = [e for e in flat.elements if e.letter == "k" and _within(e.name, inside)]
         own = [e for e in flat.elements if _within(e.name, inside) and e.letter != "k"]
-        # names of coils on cores: their values are turns
-        self.windings = {name for k in couplings if k.model_name for name in k.extra["inductors"]}
-        wound = self._transformers(couplings, own)
+        windings = {name for k in couplings if k.model_name for name in k.extra["inductors"]}
+        self.labels = Labels(self.port, self.shown, windings)
+        wound = self._cores(couplings, own)
+        bulks = self._bulks(own)
         for e in own:
             if e.name not in wound:
-                self._element(e)
+                self._element(e, bulks)
         for card in flat.machine:
             if _within(card.name, inside):
                 self._machine(card)
+        hidden = self._hidden()
         for name, of, nodes in self.uses:
-            self._use(name, of, nodes)
+            self._use(name, of, nodes, *hidden[name])
         fixed = {*GROUND, *(net for port, net in self.ports.items() if port.lower() in (*ABOVE, *BELOW))}
-        touched = {net for part in self.parts for net in part.nets}
+        used = {net for part in self.parts for net in part.nets}
         for port, net in self.ports.items():
-            if net not in fixed and net in touched:
-                side = "out" if port.lower() in OUT or port.lower().startswith(("out", "q")) else "in"
+            # a supply's bar bears its name, if anything is on it
+            if net not in fixed or (net not in used and net not in GROUND):
+                side = "out" if gives(port) else "in"
                 self._part(f"{inside}:{port}", side, [net], symbols.port, [port], "port")
         self.pins: dict[str, list[tuple[int, int]]] = {}
         for k, part in enumerate(self.parts):
             for j, net in enumerate(part.nets):
                 self.pins.setdefault(net, []).append((k, j))
+        self._follow()
         self.rails = self._rails()
-        self.named = self._named()
+        self.read &= set(self.pins)
+        self.named = (self.read | self._asked()) & set(self.pins)
+        self.named -= {net for part in self.parts if part.role == "port" for net in part.nets}
+
+    def flag(self, net: str) -> None:
+        """A net gets a part that bears its name."""
+        self.pins[net].append((len(self.parts), 0))
+        self.named.discard(net)
+        self._part(f"{net}:name", "flag", [net], symbols.port, [self.port(net)], "port")
 
     # ---- parts ----
 
@@ -123,7 +119,8 @@ class Circuit:
 
     def port(self, net: str) -> str:
         """What a net is called here: inside a subcircuit its terminals have the names of its definition."""
-        return next((port for port, node in self.ports.items() if node == net), self.shown(net))
+        own = (port for port, node in self.ports.items() if node == net and net not in GROUND)
+        return next(own, self.shown(net))
 
     def _title(self, e: Element) -> str:
         """Its name as the deck writes it."""
@@ -134,112 +131,113 @@ class Circuit:
         self, name: str, kind: str, nets: list[str], symbol: Any, label: list[str], role: str = "series"
     ) -> Part:
         nets = ["0" if net in GROUND else net for net in nets]
-        part = Part(
-            name, kind, nets, symbol, [line for text in label if text for line in wrapped(text)], role
-        )
+        part = Part(name, kind, nets, symbol, [line for line in label if line], role)
         self.parts.append(part)
         return part
 
-    def _element(self, e: Element) -> None:
-        letter, s, nodes, title = e.letter, symbols, e.nodes, self._title(e)
-        value = self._value(e)
-        if letter == "r":
-            self._part(e.name, "resistor", nodes[:2], s.resistor, [title, value])
-        elif letter == "c":
-            self._part(e.name, "capacitor", nodes[:2], s.capacitor, [title, value])
-        elif letter == "l":
-            self._part(e.name, "inductor", nodes[:2], s.inductor, [title, value])
+    def _element(self, e: Element, bulks: dict[str, str]) -> None:
+        letter, s, nodes = e.letter, symbols, terminals(e)
+        label = [*broken(self._title(e)), *self.labels.value(e)]
+        read = reads(e)
+        self.read |= set(read.nets)
+        found: Part | None = None
+        if letter in TWO and len(nodes) == 2:
+            kind, symbol = TWO[letter]
+            found = self._part(e.name, kind, nodes, symbol, label)
         elif letter in ("v", "i"):
-            sort = "" if e.wave is None else "sin" if e.wave.kind.lower() == "sin" else "pulse"
-            make = s.voltage if letter == "v" else s.current
-            self._part(
-                e.name,
-                "voltage" if letter == "v" else "current",
-                nodes[:2],
-                lambda look: make(look, sort),
-                [title, value],
-                "source",
-            )
+            sort = WAVES.get(e.wave.kind.lower(), "pulse") if e.wave is not None else ""
+            kind, make = ("voltage", s.voltage) if letter == "v" else ("current", s.current)
+            self._part(e.name, kind, nodes, lambda look: make(look, sort), label, "source")
         elif letter in ("e", "h", "g", "f", "b"):
-            gives = "v" if letter in ("e", "h") or (letter == "b" and e.extra.get("output") == "v") else "i"
-            self._part(
-                e.name, "dependent", nodes[:2], lambda look: s.diamond(look, gives), [title, value], "source"
+            is_voltage = letter in ("e", "h") or (letter == "b" and e.extra.get("output") == "v")
+            gives = "v" if is_voltage else "i"
+            found = self._part(
+                e.name, "dependent", nodes, lambda look: s.diamond(look, gives), label, "source"
             )
-        elif letter == "d":
-            kind = (
-                "zener" if e.model is not None and float(e.model.params.get("bv", 1e9) or 1e9) < 200 else ""
-            )
-            self._part(e.name, "diode", nodes[:2], lambda look: s.diode(look, kind), [title])
-        elif letter in ("s", "w"):
-            self._part(e.name, "switch", nodes[:2], s.switch, [title, value])
-        elif letter == "q":
-            pnp = e.model is not None and e.model.type in ("pnp", "lpnp")
-            substrate = len(nodes) > 3 and nodes[3] not in GROUND
-            nets = nodes[:4] if substrate else nodes[:3]
-            self._part(
-                e.name,
-                "pnp" if pnp else "npn",
-                nets,
-                lambda look: s.transistor(look, pnp, substrate),
-                [title],
-                "transistor",
-            )
-        elif letter == "m":
-            self._mosfet(e, title)
-        elif letter in ("j", "z"):
-            p = e.model is not None and e.model.type in ("pjf", "pmf")
-            self._part(
-                e.name, "pjf" if p else "njf", nodes[:3], lambda look: s.jfet(look, p), [title], "transistor"
-            )
-        elif letter in ("t", "o", "y") and len(nodes) >= 4:
+            found.reads = [*read.nets, *read.names]
+        elif letter == "d" and len(nodes) == 2:
+            breaks = float((e.model.params if e.model is not None else {}).get("bv", 1e9) or 1e9) < 200
+            kind = "zener" if breaks else ""
+            self._part(e.name, "diode", nodes, lambda look: s.diode(look, kind), label)
+        elif letter in "qmjz" and len(nodes) <= 4 - (letter in "jz"):
+            self._transistor(e, nodes, label, e.name in bulks)
+        elif letter in ("t", "o", "y") and len(nodes) == 4:
             make_line = lambda look: s.box(["", ""], ["", ""], 5)  # noqa: E731
-            self._part(e.name, "line", nodes[:4], make_line, [title, value], "box")
+            self._part(e.name, "line", nodes, make_line, label, "box")
         else:
             half = (len(nodes) + 1) // 2
             left, right = [str(k + 1) for k in range(half)], [str(k + 1) for k in range(half, len(nodes))]
-            of = e.model_name or ""
-            self._part(e.name, "device", nodes, lambda look: s.box(left, right, 5), [title, of], "box")
+            label += [*broken(e.model_name or ""), *self.labels.beside(e)]
+            self._part(e.name, "device", nodes, lambda look: s.box(left, right, 5), label, "box")
 
-    def _mosfet(self, e: Element, title: str) -> None:
-        kind = e.model.type if e.model is not None else "nmos"
-        p = kind.startswith("p") or (e.model is not None and "pchan" in e.model.params)
-        nodes = ["0" if n in GROUND else n for n in e.nodes]
-        # a bulk on its source, or where all bulks are, is not drawn
-        bulks = [x.nodes[3] for x in self.flat.elements if x.letter == "m" and len(x.nodes) > 3]
-        bulk = len(nodes) > 3 and nodes[3] != nodes[2] and bulks.count(e.nodes[3]) < 2 and nodes[3] != "0"
-        threshold = float(e.model.params.get("vto", 0.0) or 0.0) if e.model is not None else 0.0
-        depletion = threshold > 0 if p else threshold < 0
-        nets = nodes[:4] if bulk else nodes[:3]
-        self._part(
-            e.name,
-            "pmos" if p else "nmos",
-            nets,
-            lambda look: symbols.mosfet(look, p, bulk, depletion),
-            [title],
-            "transistor",
-        )
+    def _transistor(self, e: Element, nodes: list[str], label: list[str], told: bool) -> None:
+        """`told`: where its bulk is stands below the drawing."""
+        type_ = e.model.type if e.model is not None else ""
+        if e.letter == "q":
+            pnp = type_ in ("pnp", "lpnp")
+            substrate = len(nodes) > 3 and nodes[3] not in GROUND  # ground is where it is if nobody says
+            kind, nets = "pnp" if pnp else "npn", nodes[: 3 + substrate]
+            make = lambda look: symbols.transistor(look, pnp, substrate)  # noqa: E731
+        elif e.letter == "m":
+            p = _is_p(e)
+            bulk = "source" if len(nodes) < 4 or nodes[3] == nodes[2] else "" if told else "pin"
+            threshold = float(e.model.params.get("vto", 0.0) or 0.0) if e.model is not None else 0.0
+            depletion = threshold > 0 if p else threshold < 0
+            kind, nets = "pmos" if p else "nmos", nodes[: 3 + (bulk == "pin")]
+            make = lambda look: symbols.mosfet(look, p, bulk, depletion)  # noqa: E731
+        else:
+            p = type_ in ("pjf", "pmf")
+            kind, nets = "pjf" if p else "njf", nodes
+            make = lambda look: symbols.jfet(look, p)  # noqa: E731
+        self._part(e.name, kind, nets, make, label, "transistor")
 
-    def _transformers(self, couplings: list[Element], own: list[Element]) -> set[str]:
-        """Pairs of inductors that one K couples: drawn as one part; other K are written beside their inductors."""
-        named = {e.name: e for e in own}
-        count: dict[str, int] = {}
-        for k in couplings:
-            for name in k.extra.get("inductors", ()):
-                count[name] = count.get(name, 0) + 1
-        found: set[str] = set()
-        for k in couplings:
-            pair = [named[name] for name in k.extra.get("inductors", ()) if name in named]
-            if len(pair) == 2 and all(count[e.name] == 1 for e in pair):
-                names = " : ".join(self._title(e) for e in pair)
-                values = " : ".join(self._value(e) for e in pair).replace(" turns :", " :")
-                label = [names, values, f"k = {k.value:.4g}" if isinstance(k.value, float) else ""]
-                over = (pair[0].nodes[0] in GROUND, pair[1].nodes[0] in GROUND)
-                nets = [*pair[0].nodes, *pair[1].nodes]
-                make = lambda look, over=over: symbols.transformer(look, over)  # noqa: E731
-                part = self._part(k.name, "transformer", nets, make, label, "box")
-                part.sources = [(e.name, k) for e in pair for k in (0, 1)]
-                found |= {e.name for e in pair}
+    def _bulks(self, own: list[Element]) -> dict[str, str]:
+        """Bulks that are told and not drawn, by element: those on ground, and those that share a net with another one, as on a
+        chip; one on its source's net is part of the symbol."""
+        loose = [e for e in own if e.letter == "m" and len(e.nodes) == 4 and e.nodes[3] != e.nodes[2]]
+        on = [e.nodes[3] for e in loose]
+        found = {e.name: e.nodes[3] for e in loose if on.count(e.nodes[3]) > 1 or e.nodes[3] in GROUND}
+        for p, kind in ((False, "n-channel"), (True, "p-channel")):
+            alike = [e for e in loose if _is_p(e) == p and e.name in found]
+            nets = list(dict.fromkeys(found[e.name] for e in alike))
+            for net in nets:
+                these = [self._title(e) for e in alike if found[e.name] == net]
+                of = kind if len(nets) == 1 else ", ".join(these)
+                self.captions.append(f"bulks of {of}: {'0' if net in GROUND else self.port(net)}")
+                self.read |= {net} - set(GROUND)
         return found
+
+    def _cores(self, couplings: list[Element], own: list[Element]) -> set[str]:
+        """Coils on one core are one part; couplings that no core shows are told below the drawing."""
+        titles = {e.name: self._title(e) for e in own}
+        named = {e.name: e for e in own if e.letter == "l"}
+        drawn: set[str] = set()
+        wound: set[str] = set()
+        for lines, these in coils.cores(couplings, named):
+            label = [
+                *listed([titles[e.name] for e in these]),
+                *listed([" ".join(self.labels.value(e)) for e in these]),
+                *coils.factors(lines, [e.name for e in these], titles),
+            ]
+            for e in these:
+                self.read |= set(reads(e).nets)
+            half = len(these) // 2
+            if len(these) == 2:
+                over = [e.nodes[0] in GROUND for e in these]
+            else:
+                over = [*coils.turned(these[:half], GROUND), *coils.turned(these[half:], GROUND)]
+            nets = [net for e in these for net in e.nodes[:2]]
+            make = lambda look, over=over, half=half: symbols.transformer(look, over, half)  # noqa: E731
+            part = self._part(lines[0].name, "transformer", nets, make, label, "box")
+            part.sources = [(e.name, k) for e in these for k in (0, 1)]
+            drawn |= {line.name for line in lines}
+            wound |= {e.name for e in these}
+        self.captions += [
+            coils.written(k, {name: titles.get(name, self.shown(name)) for name in k.extra["inductors"]})
+            for k in couplings
+            if k.name not in drawn
+        ]
+        return wound
 
     def _machine(self, card: MachineCard) -> None:
         from ..cards import CARDS
@@ -256,7 +254,7 @@ class Circuit:
         joint = next(
             (ref.name for ref, (_, kind) in zip(card.args, kinds, strict=False) if kind == "joint"), ""
         )
-        label = [title, joint and f"on {self.shown(joint)}"]
+        label = [*broken(title), *broken(joint and f"on {self.shown(joint)}")]
         if card.kind == "MOTOR" and len(nodes) == 2:
             part = self._part(card.name, "motor", nodes, symbols.motor, label)
         elif card.kind == "POT":
@@ -265,7 +263,7 @@ class Circuit:
                 "pot",
                 nodes,
                 symbols.pot,
-                [title, quantity(card.params.get("r"), "Ohm"), label[1]],
+                [*label[:1], quantity(card.params.get("r"), "Ohm"), *label[1:]],
                 "box",
             )
         elif card.kind == "TRANSDUCER" and len(nodes) == 2:
@@ -281,115 +279,47 @@ class Circuit:
             )
         part.card = card.kind
 
-    def _use(self, name: str, of: str, nodes: dict[str, str]) -> None:
+    def _hidden(self) -> dict[str, tuple[list[str], list[str]]]:
+        """By use: nets beside its terminals that something inside is on or reads, as .global ones; what it reads of others."""
+        found: dict[str, tuple[dict[str, None], dict[str, None]]] = {use[0]: ({}, {}) for use in self.uses}
+        start = self.inside + "." if self.inside else ""
+        ports = {name: {*nodes.values(), *GROUND} for name, _, nodes in self.uses}
+        for e in self.flat.elements:
+            if not e.name.startswith(start):
+                continue
+            name = start + e.name[len(start) :].split(".", 1)[0]
+            if name == e.name or name not in found:
+                continue
+            read, prefix = reads(e), name + "."
+            for net in (*terminals(e), *read.nets):
+                if not net.startswith(prefix) and net not in ports[name]:
+                    found[name][0][net] = None
+            for other in read.names:
+                if not other.startswith(prefix) and other not in ports[name]:
+                    found[name][1][other] = None
+        return {name: (list(nets), list(others)) for name, (nets, others) in found.items()}
+
+    def _use(self, name: str, of: str, nodes: dict[str, str], hidden: list[str], others: list[str]) -> None:
         """A box, or the triangle of an operational amplifier."""
-        prefix = name + "."
-        touched = {
-            "0" if n in GROUND else n
-            for e in self.flat.elements
-            if e.name.startswith(prefix)
-            for n in e.nodes
-        }
-        touched |= {r.name for c in self.flat.machine if c.name.startswith(prefix) for r in c.args}
-        ports = {port: net for port, net in nodes.items() if ("0" if net in GROUND else net) in touched}
-        title = self.shown(name)
+        ports = dict(nodes)
+        for net in hidden:
+            ports[beyond(self.port(net), nodes)] = net
+        label = [*broken(self.shown(name)), *broken(of)]
+        if others:
+            label += broken("reads " + ", ".join(map(self.shown, others)))
         if not ports:
+            self._part(name, "use", [], lambda look: symbols.box([], [], 5), label, "box")
             return
-        if (found := _amplifier(of, ports)) is not None:
-            nets, supplies = found
-            self._part(
-                name,
-                "amplifier",
-                nets,
-                lambda look: symbols.amplifier(look, supplies),
-                [title, of],
-                "amplifier",
-            )
+        if (found := amplifier(ports)) is not None:
+            roles, supplies = found
+            nets = [ports[p] for p in roles]
+            make = lambda look: symbols.amplifier(look, supplies)  # noqa: E731
+            self._part(name, "amplifier", nets, make, label, "amplifier")
             return
-        left: list[str] = []
-        right: list[str] = []
-        above: list[str] = []
-        below: list[str] = []
-        for port in ports:
-            low = port.lower()
-            side = (
-                above
-                if low in ABOVE
-                else below
-                if low in BELOW
-                else right
-                if low in OUT or low.startswith(("out", "q"))
-                else left
-            )
-            side.append(port)
-        if not right and len(left) > 1:
-            half = (len(left) + 1) // 2
-            left, right = left[:half], left[half:]
-        names = round(0.72 * (max(map(len, left), default=0) + max(map(len, right), default=0))) + 2
-        width = max(5, names, 4 * len(above), 4 * len(below))
+        left, right, above, below = sides(ports)
         nets = [ports[p] for p in (*left, *right, *above, *below)]
-        self._part(
-            name,
-            "use",
-            nets,
-            lambda look: symbols.box(left, right, width, tuple(above), tuple(below)),
-            [title, of],
-            "box",
-        )
-
-    # ---- words ----
-
-    def _value(self, e: Element) -> str:
-        letter, x = e.letter, e.extra
-        if letter in ("r", "c", "l"):
-            if isinstance(e.value, Node):
-                return self._speak(e.value)
-            if e.name in self.windings and isinstance(e.value, float):
-                return f"{e.value:g} turns"
-            unit = {"r": "Ohm", "c": "F", "l": "H"}[letter]
-            return quantity(e.value, unit) or (e.model_name or "")
-        if letter in ("v", "i"):
-            unit = "V" if letter == "v" else "A"
-            if e.wave is not None:
-                return waveform(e.wave, unit)
-            dc = x.get("dc")
-            if dc is None and x.get("ac"):
-                return f"AC {quantity(x['ac'][0], unit)}"
-            return quantity(dc or 0.0, unit)
-        if letter in ("s", "w"):
-            if letter == "w":
-                return f"by i({', '.join(x.get('controls', ()))})"
-            return "by " + self._between(*e.nodes[2:4])
-        if letter in ("e", "g", "f", "h", "b"):
-            if isinstance(e.value, Node):
-                return self._speak(e.value)
-            if x.get("form") == "poly":
-                return "POLY of " + ", ".join(
-                    self._between(*c) if isinstance(c, tuple) else f"i({c})" for c in x.get("controls", ())
-                )
-            controls = x.get("controls")
-            what = f"i({self.shown(controls[0])})" if controls else self._between(*e.nodes[2:4])
-            gain = short(e.value)
-            return what if gain == "1" else f"{gain} {what}"
-        if letter == "t":
-            return " ".join(f"{key}={short(v)}" for key, v in e.params.items() if key in ("z0", "td"))[:24]
-        return ""
-
-    def _between(self, a: str, b: str) -> str:
-        self.read |= {n for n in (a, b) if n not in GROUND}
-        if a in GROUND:
-            return f"-v({self.port(b)})"
-        return f"v({self.port(a)})" if b in GROUND else f"v({self.port(a)},{self.port(b)})"
-
-    def _speak(self, value: Node) -> str:
-        """An expression as far as it fits; the nodes it reads are named in the drawing."""
-        for call in _calls(value):
-            if call.fn == "v":
-                self.read |= {n for a in call.args if (n := getattr(a, "id", "")) and n not in GROUND}
-        text = tidy(repr(value))
-        if self.inside:
-            text = text.replace(self.inside + ".", "")
-        return text
+        make = lambda look: symbols.box(left, right, 5, tuple(above), tuple(below))  # noqa: E731
+        self._part(name, "use", nets, make, label, "box")
 
     # ---- nets ----
 
@@ -423,11 +353,38 @@ class Circuit:
                 found[net] = False
         return found
 
-    def _named(self) -> set[str]:
-        """Nets whose names are written: those that labels or outputs of the deck speak of."""
-        asked = {n for p in (*self.flat.prints,) for _, ast in p.items for n in _voltages(ast)}
-        asked |= {n for p in (*self.flat.saves, *self.flat.probes) for n in _voltages(p.ast)}
-        return (asked | self.read) & set(self.pins)
+    def _follow(self) -> None:
+        """Of what controls a part its nets: of a current those of the element that it flows in."""
+        of = {name: part.nets for part in self.parts for name in {part.name, *(s for s, _ in part.sources)}}
+        for part in self.parts:
+            nets = [
+                net for what in part.reads for net in (of.get(what, ()) if what not in self.pins else (what,))
+            ]
+            part.reads = [net for net in dict.fromkeys(nets) if net != "0"]
+
+    def _asked(self) -> set[str]:
+        """Nets that outputs of the deck and cards of its machine speak of."""
+        flat = self.flat
+        asked: list[Any] = [ast for p in flat.prints for _, ast in p.items]
+        asked += [p.ast for p in (*flat.saves, *flat.probes)]
+        asked += [v for card in flat.machine for v in card.params.values()]
+        return {net for ast in asked for net in _voltages(ast)}
+
+
+TWO = {
+    "r": ("resistor", symbols.resistor),
+    "c": ("capacitor", symbols.capacitor),
+    "l": ("inductor", symbols.inductor),
+    "s": ("switch", symbols.switch),
+    "w": ("switch", symbols.switch),
+}
+# what a source's ring shows of its waveform
+WAVES = {"sin": "sin", "pwl": "pwl"}
+
+
+def beyond(name: str, ports: Collection[str]) -> str:
+    """What a box calls a net of its surroundings that is no terminal of it."""
+    return beyond(name + "'", ports) if name in ports else name
 
 
 def _within(name: str, inside: str) -> bool:
@@ -437,42 +394,19 @@ def _within(name: str, inside: str) -> bool:
     return name.startswith(inside + ".") and "." not in name[len(inside) + 1 :]
 
 
-def _amplifier(of: str, ports: dict[str, str]) -> tuple[list[str], bool] | None:
-    """Nets of +, -, out (, supplies) where a subcircuit's terminals have such names."""
-    low = {port.lower(): net for port, net in ports.items()}
-    roles: list[str] = []
-    for names in (PLUS, MINUS, OUT):
-        port = next((p for p in names if p in low), None)
-        if port is None:
-            return None
-        roles.append(low.pop(port))
-    above, below = next((p for p in ABOVE if p in low), None), next((p for p in BELOW if p in low), None)
-    if not low:
-        return roles, False
-    if len(low) == 2 and above and below:
-        return [*roles, low[above], low[below]], True
-    return None
+def _is_p(e: Element) -> bool:
+    """Of a MOSFET: is it a p-channel one?"""
+    return e.model is not None and (e.model.type.startswith("p") or "pchan" in e.model.params)
 
 
-def _calls(node: Any) -> list[Call]:
-    found: list[Call] = []
-    stack = [node]
-    while stack:
-        item = stack.pop()
-        if isinstance(item, (list, tuple)):
-            stack.extend(item)
-        elif isinstance(item, Call):
-            found.append(item)
-            stack.extend(item.args)
-        elif isinstance(item, Node):
-            stack.extend(getattr(item, part, None) for part in ("a", "b", "c"))
-    return found
-
-
-def _voltages(ast: Any) -> list[str]:
-    return [
-        getattr(a, "id", "")
-        for call in _calls(ast)
-        if call.fn in ("v", "db", "vdb", "vm", "vp")
-        for a in call.args
-    ]
+def _voltages(node: Any) -> Iterator[str]:
+    """Nets whose voltages an expression, or several, read."""
+    if isinstance(node, (list, tuple)):
+        for item in node:
+            yield from _voltages(item)
+    elif isinstance(node, Call):
+        if node.fn in ("v", "db", "vdb", "vm", "vp"):
+            yield from (a.id for a in node.args if isinstance(a, Name))
+        yield from _voltages(node.args)
+    elif isinstance(node, Node):
+        yield from _voltages([getattr(node, part, None) for part in ("a", "b", "c")])

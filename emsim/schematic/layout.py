@@ -16,6 +16,7 @@ from math import ceil
 
 from .. import _engine
 from .order import Order
+from .symbols import LETTER
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     Rect = tuple[int, int, int, int]
     Turn = tuple[int, bool]  # quarter turns clockwise, mirrored before
 
-LETTER, LINE = 0.66, 1.3  # width of a letter and height of a line of writing [grid units]
+LINE = 1.3  # height of a line of writing [grid units]
 GAP = 3  # between what is not wired together
 PAGE = 1.8  # width by height
 MOST = 60  # parts of a drawing
@@ -203,7 +204,8 @@ class Layout:
         upright: list[Turn] = [(0, False), (2, False)]
         lying: list[Turn] = [(3, False), (1, False)]
         if part.role == "port":
-            return [((0, part.kind == "out"), 0), ((0, part.kind != "out"), 12)]
+            mirrored = part.kind == "out"
+            return [((0, mirrored), 0), ((0, not mirrored), 0 if part.kind == "flag" else 12)]
         if part.role == "amplifier":
             return [((0, False), 0), ((2, True), 6)]
         if part.role == "box" and part.kind != "pot":
@@ -275,7 +277,7 @@ class Layout:
                 else:
                     cost += 60
                     boxes.append(_hull((x - half, y + dy), (x + half, y + 3 * dy), 0))
-            elif not self.wired(net):
+            elif not self.wired(net) and part.role != "port":
                 decor.append(("name", x, y, dx, dy, words))
                 far = ceil(wide(words)) + 1
                 if dx:
@@ -317,7 +319,7 @@ class Layout:
         )
         if part.role == "port":
             places = places[:1] if pins[0][2] < 0 else places[1:]
-            (lx, _, anchor), _, cost = places[0]
+            (lx, _, anchor), *_ = places[0]
             far = ceil(width) + 1
             yield (lx, 0.0, anchor), (1, 0, far, 0) if pins[0][2] < 0 else (-far, 0, -1, 0), 0
             return
@@ -330,21 +332,25 @@ class Layout:
             )
             below = ((left, y1 + 0.8, "start"), (x1, y1 + 1, x1 + ceil(width), y1 + ceil(LINE * n)), 3)
         lies = all(dy == 0 for *_, dy in pins)
-        places = (
-            [above, below]
-            if lies
-            else [*places, above, below]
-            if part.role in ("box", "amplifier", "transistor")
-            else places
-        )
-        for label, rect, cost in places:
-            taken = (
-                [(x, y, x, y) for x, y, _, _ in pins]
-                + [(x + dx, y + dy, x + dx, y + dy) for x, y, dx, dy in pins]
-                + boxes
-            )
-            if not any(_meet(rect, other) for other in taken):
-                yield label, rect, cost
+        about = [above, below] if lies else places
+        if part.role in ("box", "amplifier", "transistor") and not lies:
+            about = [*places, above, below]
+        taken = [r for x, y, dx, dy in pins for r in ((x, y, x, y), (x + dx, y + dy, x + dx, y + dy))] + boxes
+        found = [place for place in about if not any(_meet(place[1], other) for other in taken)]
+        yield from found or [_corner(box, taken, width, n)]
+
+
+def _corner(
+    box: Rect, taken: list[Rect], width: float, lines: int
+) -> tuple[tuple[float, float, str], Rect, int]:
+    """A label beside a corner of a box whose four sides have pins: right above, as far up as all that hangs on the pins asks."""
+    _, y0, x1, _ = box
+    far, up = ceil(width), ceil(LINE * lines)
+    bottom = y0 - 1
+    while any(_meet((x1 + 1, bottom - up + 1, x1 + far, bottom), other) for other in taken):
+        bottom -= 1
+    rect = (x1 + 1, bottom - up + 1, x1 + far, bottom)
+    return (x1 + 0.6, bottom + 0.5 - LINE * (lines - 0.5), "start"), rect, 2
 
 
 def packed(frames: list[Rect]) -> list[Grid]:

@@ -116,8 +116,8 @@ class Order:
     # ---- along the signal ----
 
     def _distances(self) -> list[int]:
-        """How many steps from a source each part is: into a base or gate, out of collector and emitter, through anything else.
-        What no signal reaches is at its net's distance; supplies are at -1."""
+        """How many steps from a source each part is: into a base or gate, out of collector and emitter, from what controls a
+        source to what it drives, through anything else. What no signal reaches is at its net's distance; supplies are at -1."""
         parts, pins, fixed = self.circuit.parts, self.circuit.pins, self.fixed
         starts = [
             k
@@ -134,10 +134,14 @@ class Order:
             far = {net: 1 for p in parts for net in p.nets if net not in fixed and p.role != "port"}
             far = dict(list(far.items())[:1])
         queue = list(far)
+        controlled: dict[str, list[tuple[int, int]]] = {}
+        for k, part in enumerate(parts):
+            for net in part.reads:
+                controlled.setdefault(net, []).append((k, -1))
         for net in queue:
-            for k, pin in pins.get(net, ()):
+            for k, pin in (*pins.get(net, ()), *controlled.get(net, ())):
                 part, d = parts[k], far[net]
-                if k in found:
+                if k in found or (part.reads and pin >= 0):
                     continue
                 found[k] = d
                 is_out = part.role in ("transistor", "amplifier") and not _is_input(part, pin)

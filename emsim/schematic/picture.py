@@ -16,8 +16,9 @@ from itertools import pairwise
 from math import ceil
 
 from ..diagnostics import DeckError, deck_error, suggest
+from .back import differences, gap, listing
 from .layout import LINE, MOST, TEXTBOOK, Layout, turned, wide
-from .symbols import ground
+from .symbols import UNIT, ground
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -31,8 +32,9 @@ if TYPE_CHECKING:
     Grid = tuple[int, int]
     Frame = tuple[float, float, float, float]
 
-UNIT = 10  # pixels of a grid unit
 MARGIN = 16  # pixels about it all
+REPORT = "a fault of emsim: please report it with the deck"
+ASIDE, CLEAR = 0.2, 0.2  # grid units from a name to its wire, and how much nearer that is than any other
 BULGE = 0.3  # grid units: a transistor's ring reaches out of its box
 
 
@@ -43,10 +45,18 @@ class Picture:
         self, circuit: Circuit, look: str = "ansi", hints: list[tuple[str, str, str]] | None = None
     ) -> None:
         self.circuit = circuit
-        self.layout = Layout(circuit, look, hints)
         self.frames: list[Frame] = []  # of symbols and writing, in grid units
-        self.edges = {net: _edges(paths) for net, paths in self.layout.wires.items()}
-        self.data = self._draw(look)
+        while True:
+            self.layout = Layout(circuit, look, hints)
+            self.frames.clear()
+            self.edges = {net: _edges(paths) for net, paths in self.layout.wires.items()}
+            self.data = self._draw(look)
+            written = {name[4] for name in self.data["names"]}
+            bare = [n for n in circuit.read & circuit.named if self.layout.wired(n) and n not in written]
+            if not bare:
+                break
+            for net in sorted(bare):  # a name of which labels speak has room kept for it
+                circuit.flag(net)
 
     def _draw(self, look: str) -> dict[str, Any]:
         parts = [self._part(k, laid) for k, laid in enumerate(self.layout.laid)]
@@ -59,6 +69,7 @@ class Picture:
                 wires.append({"net": net, "points": points, "flow": _flow(edges, points, pins)})
             dots += [(x, y, net) for x, y in joints]
         names = self._names()
+        names += self._captions([*self.frames, *((x, y, x, y) for w in wires for x, y in w["points"])])
         covered = [*self.frames, *((x, y, x, y) for w in wires for x, y in w["points"])]
         lefts, tops, rights, bottoms = zip(*covered, strict=True)
         left, top, wide_, tall = min(lefts), min(tops), max(rights) - min(lefts), max(bottoms) - min(tops)
@@ -170,23 +181,35 @@ class Picture:
     # ---- names of nets ----
 
     def _names(self) -> list[tuple[float, float, str, str, str]]:
-        """Names beside wires, where nothing else is."""
-        lines = [
-            (min(a[0], b[0]) - 0.2, min(a[1], b[1]) - 0.2, max(a[0], b[0]) + 0.2, max(a[1], b[1]) + 0.2)
-            for edges in self.edges.values()
-            for a, b in edges
-        ]
+        """Names beside wires, or where pins meet, nearer to their own net than to any other."""
+        places = {net: [*self.edges.get(net, ())] for net in self.circuit.pins}
+        for net, pins in self.circuit.pins.items():
+            places[net] += [(p, p) for p in (self._pin(k, j) for k, j in pins)]
         found = []
-        for net in self.edges:
+        for net, edges in self.edges.items():
             if net not in self.circuit.named:
                 continue
             words = self.circuit.port(net)
-            for x, y, anchor in _beside(self.edges[net]):
+            others = [place for other, own in places.items() if other != net for place in own]
+            for x, y, anchor in _beside(edges) if edges else _about(self._pin(*self.circuit.pins[net][0])):
                 frame = writing(x, y, anchor, words)
-                if not any(_meet(frame, f) for f in self.frames) and not any(_meet(frame, f) for f in lines):
+                away = min(gap(frame, a, b) for a, b in places[net])
+                if away < ASIDE or any(_meet(frame, f) for f in self.frames):
+                    continue
+                if all(gap(frame, a, b) > away + CLEAR for a, b in others):
                     found.append((x, y, anchor, words, net))
                     self.frames.append(frame)
                     break
+        return found
+
+    def _captions(self, covered: list[Frame]) -> list[tuple[float, float, str, str, str]]:
+        """What is told below the drawing."""
+        left, bottom = min(f[0] for f in covered), max(f[3] for f in covered)
+        found = []
+        for k, words in enumerate(self.circuit.captions):
+            y = bottom + 1 + LINE * (k + 0.5)
+            found.append((left, y, "start", words, ""))
+            self.frames.append(writing(left, y, "start", words))
         return found
 
 
@@ -222,7 +245,13 @@ def draw(flat: FlatDeck, look: str = "ansi", inside: str = "", sink: Sink | None
         )
     names = [*(e.name for e in flat.elements), *(card.name for card in flat.machine), *uses]
     found = [hint for file in flat.sources[:1] for hint in hints(file, names, sink)]
-    return Picture(circuit, look, found)
+    picture = Picture(circuit, look, found)
+    if wrong := differences(picture.data, circuit):
+        said = f"the drawing does not read as the deck ({wrong[0]}): its elements are listed in place of it"
+        picture.data = listing(flat, inside, look, said)
+        if sink is not None:
+            sink.warning("W351", said, None, REPORT)
+    return picture
 
 
 def pictures(flat: FlatDeck, look: str = "ansi") -> dict[str, dict[str, Any]]:
@@ -248,6 +277,14 @@ def writing(x: float, y: float, anchor: str, words: str) -> Frame:
     width = wide(words)
     left = x - (width if anchor == "end" else width / 2 if anchor == "middle" else 0)
     return left, y - 0.5, left + width, y + 0.5
+
+
+def _about(p: Grid) -> list[tuple[float, float, str]]:
+    """Where a name may stand about a point at which pins meet."""
+    x, y = p
+    return [
+        (x + dx, y + dy, anchor) for dy in (-0.75, 0.8, 0) for dx, anchor in ((0.4, "start"), (-0.4, "end"))
+    ]
 
 
 def _meet(a: Frame, b: Frame) -> bool:

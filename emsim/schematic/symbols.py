@@ -10,17 +10,21 @@ differ in resistors, diodes and independent sources (IEC 60617, IEEE 315).
 
 from __future__ import annotations
 
-from math import cos, pi, sin
+from math import ceil, cos, pi, sin
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from typing import Any
 
     Point = tuple[float, float]
     Stroke = tuple[Any, ...]
 
 UP, DOWN, LEFT, RIGHT = (0, -1), (0, 1), (-1, 0), (1, 0)
+UNIT = 10  # pixels of a grid unit
 LONG = 6  # from pin to pin of what has two
+COIL = 9  # from a coil to the next one on the same side of a core
+LETTER = 0.66  # width of a letter of writing [grid units]
 
 
 class Symbol:
@@ -114,6 +118,9 @@ SINE: Stroke = (
     [(round(-0.9 + 0.09 * k, 3), round(3 - 0.6 * sin(pi * k / 10), 3)) for k in range(21)],
 )
 PULSE = line((-0.95, 3.5), (-0.5, 3.5), (-0.5, 2.5), (0.3, 2.5), (0.3, 3.5), (0.95, 3.5))
+# straight lines between points
+LINES = line((-0.95, 3.4), (-0.45, 3.4), (0.15, 2.5), (0.55, 2.9), (0.95, 2.9))
+SIGNS = {"sin": SINE, "pulse": PULSE, "pwl": LINES}
 
 
 def voltage(look: str, wave: str = "") -> Symbol:
@@ -123,7 +130,7 @@ def voltage(look: str, wave: str = "") -> Symbol:
         return source(look, mark)
     if wave:
         outside = [line((-1.75, 0.9), (-0.95, 0.9)), line((-1.35, 0.5), (-1.35, 1.3))]
-        return source(look, [SINE if wave == "sin" else PULSE, *outside])
+        return source(look, [SIGNS[wave], *outside])
     return source(look, [*PLUS, *MINUS])
 
 
@@ -199,19 +206,23 @@ def transistor(look: str, pnp: bool, substrate: bool) -> Symbol:
     return Symbol(pins, (1, -2, 4, 2), body)
 
 
-def mosfet(look: str, p: bool, bulk: bool, depletion: bool = False) -> Symbol:
-    """Drain, gate, source (and bulk); of a p-channel the source is above. Power transistors look alike."""
+def mosfet(look: str, p: bool, bulk: str, depletion: bool = False) -> Symbol:
+    """Drain, gate, source (and bulk); of a p-channel the source is above. `bulk`: "source", where it is tied, "pin", or "" where
+    it is told elsewhere, and the source has the arrow."""
     body = [line((0, 0), (1.5, 0)), line((1.5, -1.1), (1.5, 1.1))]
     if depletion:
         body.append(line((2, -1.5), (2, 1.5)))
     else:
         body += [line((2, -1.6), (2, -0.75)), line((2, -0.4), (2, 0.4)), line((2, 0.75), (2, 1.6))]
     body += [line((2, -1.2), (3, -1.2), (3, -3)), line((2, 1.2), (3, 1.2), (3, 3))]
-    # the arrow of the bulk: towards an n-channel
-    body += arrow((2.1, 0), (3, 0)) if p else arrow((3, 0), (2.1, 0))
     above, below = ((3, -3), UP), ((3, 3), DOWN)
     pins: list[tuple[Point, Point]] = [below if p else above, ((0, 0), LEFT), above if p else below]
-    if bulk:
+    if not bulk:
+        body += arrow((3, -1.2), (2.1, -1.2)) if p else arrow((2.1, 1.2), (3, 1.2))
+        return Symbol(pins, (1, -2, 4, 2), body)
+    # the arrow of the bulk: towards an n-channel
+    body += arrow((2.1, 0), (3, 0)) if p else arrow((3, 0), (2.1, 0))
+    if bulk == "pin":
         body.append(line((3, 0), (5, 0)))
         pins.append(((5, 0), RIGHT))
     else:
@@ -237,30 +248,37 @@ def pot(look: str) -> Symbol:
     return Symbol(pins, (-1, 1, 2, 5), [*body.strokes, *arrow((3, 3), (0.65, 3))])
 
 
-def transformer(look: str, over: tuple[bool, bool] = (False, False)) -> Symbol:
-    """Two coupled inductors, a dot at the first pin of each; `over`: those of them that stand on their heads."""
-    first, second = coil(0, 1.3, 1), coil(5, 1.3, -1)
-    strokes: list[Stroke] = [
-        line((0, 0), (0, 1.3)),
-        line((0, 4.7), (0, 6)),
-        line((5, 0), (5, 1.3)),
-        line((5, 4.7), (5, 6)),
-    ]
-    strokes += [first, second, line((2.2, 1.3), (2.2, 4.7)), line((2.8, 1.3), (2.8, 4.7))]
+def transformer(look: str, over: Sequence[bool] = (False, False), left: int = 1) -> Symbol:
+    """Coils on one core, the first `left` of them on its left side, a dot at the first pin of each; `over`: those that stand on
+    their heads. Two are drawn with their pins above and below, more with theirs to the side."""
+    sides = ((0, -1, over[:left]), (5, 1, over[left:]))
+    tall = COIL * max(len(column) for _, _, column in sides) - (COIL - LONG)
+    strokes: list[Stroke] = [line((x, 1.3), (x, tall - 1.3)) for x in (2.2, 2.8)]
     pins: list[tuple[Point, Point]] = []
-    for x, dot, turned in ((0, -0.6, over[0]), (5, 5.6, over[1])):
-        ends: list[tuple[Point, Point]] = [((x, 0), UP), ((x, 6), DOWN)]
-        pins += ends[::-1] if turned else ends
-        strokes.append(("dot", (dot, 4.8 if turned else 1.2), 0.2))
-    return Symbol(pins, (-1, 1, 6, 5), strokes)
+    for x, out, column in sides:
+        first = (tall - COIL * len(column) + COIL - LONG) // 2
+        for k, turned in enumerate(column):
+            y = first + COIL * k
+            top, bottom = (x, y), (x, y + LONG)
+            ends: list[tuple[Point, Point]] = [(top, UP), (bottom, DOWN)]
+            strokes += [line(top, (x, y + 1.3)), coil(x, y + 1.3, -out), line((x, y + 4.7), bottom)]
+            if len(over) > 2:
+                ends = [((x + 2 * out, py), (out, 0)) for _, py in (top, bottom)]
+                strokes += [line(at, (x, at[1])) for at, _ in ends]
+            pins += ends[::-1] if turned else ends
+            strokes.append(("dot", (x + 0.6 * out, y + (4.8 if turned else 1.2)), 0.2))
+    return Symbol(pins, (-1, 1, 6, 5) if len(over) == 2 else (-1, 0, 6, tall), strokes)
 
 
 def box(
     left: list[str], right: list[str], width: int, above: tuple[str, ...] = (), below: tuple[str, ...] = ()
 ) -> Symbol:
-    """A box with its terminals' names inside; pins of the left side first, then right, above, below."""
+    """A box at least so wide with its terminals' names inside; pins of the left side first, then right, above, below."""
     rows = max(len(left), len(right), 1)
     more = (1 if above else 0) + (1 if below else 0)
+    pitch = max(4, *(ceil(LETTER * len(name)) + 1 for name in (*above, *below, "")))
+    abreast = sum(ceil(LETTER * max(map(len, names), default=0)) for names in (left, right))
+    width = max(width, abreast + 2, pitch * len(above), pitch * len(below))
     tall = 2 * rows + 2 + more
     pins: list[tuple[Point, Point]] = []
     strokes: list[Stroke] = [line((1, 0), (1 + width, 0), (1 + width, tall), (1, tall), (1, 0))]
@@ -274,9 +292,9 @@ def box(
             pins.append(((x, y), out))
             strokes += [line((x, y), (inner, y)), ("text", (inner - 0.4 * out[0], y), name, anchor)]
     for words, y, inner, out in ((above, -1, 0, UP), (below, tall + 1, tall, DOWN)):
-        first = 1 + (width - 4 * (len(words) - 1)) // 2
+        first = 1 + (width - pitch * (len(words) - 1)) // 2
         for k, name in enumerate(words):
-            x = first + 4 * k
+            x = first + pitch * k
             pins.append(((x, y), out))
             strokes += [line((x, y), (x, inner)), ("text", (x, inner - 0.8 * out[1]), name)]
     return Symbol(pins, (1, 0, 1 + width, tall), strokes)

@@ -31,19 +31,41 @@ def tidy(text: str) -> str:
     return text
 
 
-def wrapped(text: str) -> list[str]:
-    """A label's text in lines, broken behind operators and commas; what is too long is cut."""
+def broken(text: str) -> list[str]:
+    """A label's text in lines, broken behind operators and commas; nothing of it is left out."""
     lines, line = [], ""
     for piece in re.findall(r"[^-+*/,?:<>=&| ]*(?:[-+*/,?:<>=&| ]+|$)", text):
         if line and len(line) + len(piece.rstrip()) > LINE:
             lines.append(line.rstrip())
             line = ""
         line += piece
-    lines.append(line.rstrip())
-    if len(lines) > LINES or max(map(len, lines)) > LINE + 6:
+    return [line for line in (*lines, line.rstrip()) if line]
+
+
+def listed(items: list[str]) -> list[str]:
+    """Things with colons between, in lines that break at these alone."""
+    lines = [items[0]]
+    for item in items[1:]:
+        if len(lines[-1]) + len(item) > LINE + 2:
+            lines[-1] += " :"
+            lines.append(item)
+        else:
+            lines[-1] += f" : {item}"
+    return lines
+
+
+def fits(lines: list[str]) -> bool:
+    """Is that short enough for a label?"""
+    return len(lines) <= LINES and all(len(line) <= LINE + 6 for line in lines)
+
+
+def wrapped(text: str) -> list[str]:
+    """... and what is too long is cut."""
+    lines = broken(text)
+    if not fits(lines):
         lines = [line if len(line) <= LINE + 6 else line[: LINE + 5] + "\u2026" for line in lines]
         lines = lines if len(lines) <= LINES else [*lines[: LINES - 1], lines[LINES - 1][:LINE] + "\u2026"]
-    return [line for line in lines if line]
+    return lines
 
 
 def short(value: Any) -> str:

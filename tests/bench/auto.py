@@ -18,12 +18,12 @@ from statistics import median
 from typing import Any
 
 import numpy as np
+from suite_table import SUITE, Entry
 
 from emsim import pipeline
 from emsim.assemble.options import METHODS
 from emsim.diagnostics import DiagnosticError
 from emsim.reports import ladder, reference
-from emsim.reports.suite import SUITE, Entry
 from emsim.reports.work_precision import Series, best, exponent
 
 NETLISTS = Path(__file__).resolve().parents[2] / "netlists"

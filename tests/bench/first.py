@@ -11,8 +11,7 @@ import argparse
 from statistics import median
 
 from auto import problem_of
-
-from emsim.reports.suite import SUITE
+from suite_table import SUITE
 
 RUNS = (
     ("bench/multiplier4", "trap", 3e-3),

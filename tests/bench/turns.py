@@ -9,7 +9,7 @@ ratio of the least CPU times of the native analysis (new / old) and both errors 
 them out): largest deviation of any column at rows of the print grid, in parts of that column's range. At the end:
 median and worst.
 
-    suite    the decks of README's table (reports/suite.py)
+    suite    the decks of README's table (suite_table.py)
     outside  every other deck of netlists/ with a .tran
 """
 
@@ -77,7 +77,7 @@ class Side:
 
 def decks(which: str) -> list[tuple[str, str]]:
     """(name, text) with the deck's own method and tolerance taken out."""
-    from emsim.reports.suite import SUITE
+    from suite_table import SUITE
 
     suite = {entry.deck for entry in SUITE}
     found = []

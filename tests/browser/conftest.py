@@ -17,7 +17,9 @@ def visit(chromium: Any) -> Iterator[Callable[..., Any]]:
     asked: list[str] = []
     contexts = []
 
-    def open_page(where: Path | str, width: int = 1400, height: int = 900, scheme: str = "light") -> Any:
+    def open_page(
+        where: Path | str, width: int = 1400, height: int = 900, scheme: str = "light", playing: bool = False
+    ) -> Any:
         # scripts of the test itself are evaluated, which the page's own policy forbids
         context = chromium.new_context(
             viewport={"width": width, "height": height}, color_scheme=scheme, bypass_csp=True
@@ -35,6 +37,11 @@ def visit(chromium: Any) -> Iterator[Callable[..., Any]]:
         page.wait_for_function(
             "window.emsim ? window.emsim.waves.panels.length > 0 : window.still", timeout=20_000
         )
+        if not playing:  # a page begins to play; most tests begin at rest, at its first instant
+            page.evaluate("() => { const c = window.emsim?.clock; c?.play(false); c?.set(c.first); }")
+            page.wait_for_function(
+                "() => !window.emsim || (!window.emsim.clock.waiting && window.emsim.clock.t === window.emsim.clock.first)"
+            )
         return page
 
     yield open_page

@@ -229,3 +229,104 @@ def test_a_long_drawing_scrolls_and_stays_readable(folder: Path, visit: Any) -> 
     )
     assert wide > 100 and tall > 7
     assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_a_page_opens_playing_unless_its_reader_wants_no_motion(servo: Path, visit: Any) -> None:
+    page = visit(servo, playing=True)
+    page.wait_for_function("window.emsim.clock.t > 0.01", timeout=5000)
+    page.emulate_media(reduced_motion="reduce")
+    page.reload()
+    page.wait_for_function("window.emsim && window.emsim.waves.panels.length > 0")
+    page.wait_for_timeout(200)
+    assert page.evaluate("() => [window.emsim.clock.playing, window.emsim.clock.t]") == [False, 0]
+
+
+def test_large_enlarges_the_drawing_and_not_the_box_alone(servo: Path, visit: Any) -> None:
+    page = visit(servo)
+    wide = "() => document.querySelector('#circuit svg').getBoundingClientRect().width"
+    drawn = "() => { const m = document.querySelector('#circuit svg').getScreenCTM(); return m.a; }"
+    before, scale = page.evaluate(wide), page.evaluate(drawn)
+    page.click("#large")
+    assert page.evaluate(wide) > 1.3 * before and page.evaluate(drawn) > 1.3 * scale
+
+
+HBRIDGE = """both supplies, two outputs, an input: terminals on four sides
+.subckt bridge vp vn a b in
+B1 a vn V={v(in)>0 ? v(vp,vn) : 0}
+B2 b vn V={v(in)>0 ? 0 : v(vp,vn)}
+.ends
+Vp vp 0 12
+Vin in 0 PULSE(-1 1 0 1u 1u 1m 2m)
+X1 vp 0 a b in bridge
+R1 a b 10
+.tran 10u 4m
+.print tran v(a,b)
+.end
+"""
+
+
+def test_a_box_with_terminals_on_four_sides_has_its_page(folder: Path, visit: Any) -> None:
+    page = visit(written(folder, HBRIDGE, "bridge"))
+    texts = page.evaluate("() => [...document.querySelectorAll('#circuit text')].map((t) => t.textContent)")
+    assert {"vp", "vn", "a", "b", "in", "x1", "bridge"} <= set(texts)
+
+
+def test_a_drawing_that_fails_takes_neither_run_nor_page_with_it(
+    folder: Path, visit: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from emsim import _engine
+
+    def fails(*_: Any) -> None:
+        raise ValueError("a part needs a variant with a rectangle")
+
+    monkeypatch.setattr(_engine, "arrange_diagram", fails)
+    result = pipeline.run(SWING, scene=True)
+    assert [d.code for d in result.diagnostics] == ["W352"] and len(result.main) > 10
+    page = visit(written(folder, SWING, "failed"))
+    assert "could not be drawn" in page.inner_text("#within")
+
+
+SMALL = """small values first: their inverse is 1e23
+V1 a 0 PWL(0 1e-23 1u 1e-23 2u 1.416)
+R1 a 0 1k
+.tran 10n 4u
+.print tran v(a)
+.end
+"""
+
+
+def expression(page: Any, text: str) -> None:
+    page.click("#tab-signals")
+    page.fill("#expression", text)
+    page.keyboard.press("Enter")
+    page.wait_for_function("(text) => window.emsim.waves.shown.has(text)", arg=text)
+
+
+def test_no_value_is_rounded_by_the_size_of_other_rows(folder: Path, visit: Any) -> None:
+    page = visit(written(folder, SMALL, "small"))
+    expression(page, "1/v(a)")
+    set_clock(page, 3e-6)
+    legends = "() => [...document.querySelectorAll('.legend')].map((l) => l.textContent).join(' ')"
+    assert "1/v(a) = 0.7062" in page.evaluate(legends)
+    set_clock(page, 0.5e-6)
+    assert "1/v(a) = 1e+23" in page.evaluate(legends) or "1/v(a) = 1e23" in page.evaluate(legends)
+
+
+def test_one_row_without_a_value_does_not_empty_the_cursors_sheet(folder: Path, visit: Any) -> None:
+    deck = SMALL.replace("PWL(0 1e-23 1u 1e-23 2u 1.416)", "PWL(0 0 1u 2)")
+    page = visit(written(folder, deck, "gap"))
+    expression(page, "v(a)/v(a)")  # 0/0 in its first row
+    page.click("#tab-cursors")
+    rows = page.evaluate(
+        "() => [...document.querySelectorAll('#sheet-cursors tr')].map((r) => [...r.cells].map((c) => c.textContent))"
+    )
+    row = next(r for r in rows if r[0] == "v(a)/v(a)")
+    assert row[4:8] == ["1", "1", "1", "1"]
+    assert "1 row of v(a)/v(a)" in page.inner_text("#sheet-cursors .note")
+
+
+def test_decibels_of_amperes_and_of_volts_have_panels_of_their_own(folder: Path, visit: Any) -> None:
+    deck = "ac\nV1 in 0 AC 1\nR1 in out 1k\nC1 out 0 1u\n.ac dec 10 1 1k\n.print ac v(out) i(v1)\n.end\n"
+    page = visit(written(folder, deck, "decibels"))
+    groups = "() => window.emsim.waves.groups().map(([, , columns]) => columns.map((c) => c.name))"
+    assert ["db(v(out))"] in page.evaluate(groups) and ["db(i(v1))"] in page.evaluate(groups)

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import emsim
-from emsim.expr import SOURCE_MATH
+from emsim.functions import KNOWN
 from emsim.outputs import html
 from emsim.result import Columns, Result, Table
-from emsim.signals import FUNCTIONS, WHOLE
+from emsim.signals import WHOLE
 
 FILTER = "low pass\nV1 in 0 dc 1 ac 1\nR1 in out 1k\nC1 out 0 1u\n.ac dec 20 1 100k\n.print ac v(out)\n.end\n"
 LEGEND = "() => [...document.querySelectorAll('.legend')].map((e) => e.textContent).join('|')"
@@ -74,7 +74,7 @@ def test_an_infinite_row_leaves_the_others_on_the_scale(page_of: Any) -> None:
 def test_the_page_knows_the_functions_of_the_command_line(page_of: Any) -> None:
     page = page_of(emsim.run(FILTER))
     known = set(page.evaluate("() => Object.keys(FUNCTIONS)"))
-    assert set(FUNCTIONS) | set(SOURCE_MATH) <= known
+    assert set(KNOWN) <= known
     assert set(page.evaluate("() => Object.keys(WHOLE)")) == set(WHOLE)
 
 

@@ -18,7 +18,7 @@ from support import build_engine, copied_tree
 
 LINE = "    &Of::<jfet::Jfet, 2, 3, { jfet::CONSTANTS }>::NEW,\n"
 
-pytestmark = pytest.mark.skipif(shutil.which("cargo") is None, reason="needs cargo")
+pytestmark = [pytest.mark.builds, pytest.mark.skipif(shutil.which("cargo") is None, reason="needs cargo")]
 
 
 @pytest.fixture(scope="module")

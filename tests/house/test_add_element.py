@@ -115,9 +115,9 @@ def copy(tmp_path_factory):
     listed = to / "emsim" / "elements" / "__init__.py"
     text = listed.read_text(encoding="utf-8")
     for before, line in (
-        ("from .p import CoupledLines\n", "from .channel import Channel\n"),
-        ("from .y import SingleLine\n", "from .gyrator import Gyrator\n"),
-        ("    SingleLine,\n    CoupledLines,\n", "    Channel,\n    Gyrator,\n"),
+        ('    "p": "p CoupledLines",\n', '    "p": "channel Channel",\n'),
+        ('    "y": "y SingleLine",\n', '    "y": "gyrator Gyrator",\n'),
+        ('"y": "txl", "p": "cpl", ', ""),
     ):
         assert text.count(before) == 1
         text = text.replace(before, line)

@@ -13,9 +13,10 @@ from pathlib import Path
 import pytest
 from support import build_engine, copied_tree
 
-LINE = '    (&["sdirk2"], |sys, o| Ok(Box::new(sdirk2::Sdirk2::new(sys, o)?))),\n'
+LINE = """    (&["sdirk2"], ["2", "one step, L-stable", "an example"], |sys, o| Ok(Box::new(sdirk2::Sdirk2::new(sys, o)?))),
+"""
 
-pytestmark = pytest.mark.skipif(shutil.which("cargo") is None, reason="needs cargo")
+pytestmark = [pytest.mark.builds, pytest.mark.skipif(shutil.which("cargo") is None, reason="needs cargo")]
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +27,7 @@ def copy(tmp_path_factory):
     text = (integrate / "mod.rs").read_text(encoding="utf-8")
     for before, line in (
         ("mod rows;\n", "mod sdirk2;\n"),
-        ("const REGISTRY: &[(&[&str], Maker)] = &[\n", LINE),
+        ("const REGISTRY: &[(&[&str], Told, Maker)] = &[\n", LINE),
     ):
         assert text.count(before) == 1
         text = text.replace(before, before + line)
@@ -64,3 +65,18 @@ def test_its_order_is_the_slope_of_its_error(copy):
     assert errors[0] < 1e-2
     for coarse, fine in itertools.pairwise(errors):
         assert 3.4 < coarse / fine < 4.6, errors
+
+
+def test_help_and_the_command_line_know_it(copy):
+    env = {**os.environ, "PYTHONPATH": str(copy)}
+    (copy / "rc.cir").write_text("rc\nV1 a 0 1\nR1 a b 1k\nC1 b 0 1u\n.tran 10u 1m uic\n.end\n")
+    for args, said in ((["help", "sdirk2"], "L-stable"), (["rc.cir", "--method", "sdirk2"], "points")):
+        done = subprocess.run(
+            [sys.executable, "-m", "emsim", *args],
+            cwd=copy,
+            env=env,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        assert done.returncode == 0 and said in done.stdout + done.stderr, done.stderr

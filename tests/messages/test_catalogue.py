@@ -156,6 +156,14 @@ def with_a_spoiled(place: int):
 FORCED = {
     "E153": ("emsim including.cir", lambda p: p.setattr("emsim.elaborate.files.MAX_INCLUDES", 0)),
     "E372": ("emsim draw deck.cir", lambda p: p.setattr("emsim.schematic.picture.MOST", 2)),
+    "W351": (
+        "emsim draw deck.cir",
+        lambda p: p.setattr("emsim.schematic.picture.differences", lambda *_: ["r1 is not drawn"]),
+    ),
+    "W352": (
+        "emsim --html page.html deck.cir",
+        lambda p: p.setattr("emsim._engine.arrange_diagram", raising(ValueError("no place"))),
+    ),
     "E421": ("emsim chart --alone deck.cir", lambda p: p.setattr("emsim.reports.reference.WORST", 0.0)),
     "E499": (HERE, lambda p: p.setattr("emsim.pipeline.solve", raising(RuntimeError("a bug")))),
     "E502": (WRONG, without_grammar),
@@ -172,7 +180,7 @@ FORCED = {
     ),
     "W406": ("emsim divider.cir", with_a_spoiled(1)),
     "W407": ("emsim bar.cir", with_a_spoiled(0)),
-    "E505": ("emsim chart --suite", lambda p: p.setattr("pathlib.Path.is_file", lambda path: False)),
+    "E505": ("emsim chart --hard", lambda p: p.setattr("pathlib.Path.is_file", lambda path: False)),
     "E508": (
         "emsim view --live --no-open --port 8123 deck.cir",
         lambda p: p.setattr(

@@ -14,7 +14,7 @@ import pytest
 import emsim
 from emsim.cards import CARDS
 from emsim.cards.motors import MODELS
-from emsim.elements import TABLE
+from emsim.elements import LETTERS
 from emsim.elements.compiled import Compiled
 from emsim.elements.modules import names, shipped
 
@@ -191,7 +191,7 @@ def deck_of(name: str) -> str:
 
 def element_words() -> list[str]:
     out = []
-    for letter, kind in TABLE.items():
+    for letter, kind in ((letter.upper(), kind) for letter, kind in LETTERS.items() if letter != "x"):
         words = [name for names, *_ in kind.model_table() for name in names[:1]]
         if issubclass(kind, Compiled):
             words = []  # those of modules: test_a_parameter_of_a_module_is_not_ignored

@@ -14,6 +14,11 @@ from pathlib import Path
 
 import pytest
 
+from emsim.analyses import ANALYSES
+from emsim.cards import CARDS
+from emsim.elements import LETTERS, MODEL_TYPES
+from emsim.source import PLAIN
+
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "emsim"
 ENGINE = PACKAGE / "engine" / "src"
@@ -50,12 +55,12 @@ ROWS = [
     ["build_expr"],
     ["dialects"],
     ["deck", "expr", "opened", "syntax", "lark_grammar", "source"],
-    ["draws", "units"],
-    ["diagnostics"],
+    ["draws", "functions", "units"],
+    ["diagnostics", "registry"],
     ["_engine"],
 ]
 LEVEL = {name: level for level, row in enumerate(ROWS) for name in row}
-CARDS_MAY_IMPORT = {"cards", "diagnostics", "units", "expr", "opened", "deck", "_engine"}
+CARDS_MAY_IMPORT = {"cards", "diagnostics", "registry", "units", "expr", "opened", "deck", "_engine"}
 # anybody may ask the package for its version; Result.save is a convenience that calls the writers
 UPWARD = {
     ("outputs", "__init__"): "the version",
@@ -78,7 +83,7 @@ RUST_ROWS = [
     ["system", "assembly"],
     ["passive", "edges", "reduced"],
     ["islands"],
-    ["conditions"],
+    ["conditions", "bounds"],
     ["model"],
     ["devices", "logic", "sparse", "waves"],
     ["twice"],
@@ -262,3 +267,52 @@ def test_the_code_map_names_files_that_exist():
     places = [PACKAGE, PACKAGE / "assemble", ROOT]
     assert len(named) > 50
     assert [name for name in named if not any((place / name).exists() for place in places)] == []
+
+
+def modules_of(deck: str, tmp_path: Path) -> set[str]:
+    """Those of emsim that a run of a deck imports."""
+    path = tmp_path / "deck.cir"
+    path.write_text(deck)
+    run = f"from emsim.cli import main; assert main([{str(path)!r}, '-q', '-o', {str(tmp_path / 'deck.raw')!r}]) == 0"
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys\n{run}\nprint('\\n'.join(sys.modules), file=sys.stderr)"],
+        capture_output=True, text=True, check=True, cwd=ROOT,
+    )  # fmt: skip
+    return {name for name in done.stderr.split() if name.startswith("emsim.")}
+
+
+def test_a_run_imports_what_its_deck_names(tmp_path):
+    found = modules_of("rc\nV1 in 0 1\nR1 in out 1k\nC1 out 0 1u\n.tran 10u 1m uic\n.end\n", tmp_path)
+    letters = {name[15:] for name in found if re.fullmatch(r"emsim\.elements\.\w", name)}
+    assert letters == {"v", "r", "c"}
+    assert {name for name in found if name.startswith("emsim.cards.")} == set()
+    assert not found & {f"emsim.analyses.{word}" for word in ANALYSES if word != "tran"}
+    assert len(found) <= 58  # of 440
+
+
+@pytest.mark.parametrize("letter", LETTERS)
+def test_the_index_of_elements_says_what_their_classes_say(letter):
+    kind = LETTERS[letter]
+    assert kind.letter == letter
+    words = [word for word, to in MODEL_TYPES.index.items() if to == LETTERS.index[letter]]
+    assert sorted(words) == sorted(kind.model_types if letter != "a" else words)
+    if kind.plain is not None:
+        rule, *told = kind.plain
+        assert PLAIN[rule] == tuple(told)
+
+
+def test_code_models_are_types_of_models():
+    assert all(
+        MODEL_TYPES[name] is LETTERS["a"] for name in LETTERS["a"].model_types if name not in ("core",)
+    )
+    assert MODEL_TYPES["core"] is LETTERS["k"] and MODEL_TYPES.get("nothing") is None
+
+
+@pytest.mark.parametrize("word", CARDS)
+def test_the_index_of_cards_says_what_their_specs_say(word):
+    assert CARDS[word].spec.word == word
+
+
+@pytest.mark.parametrize("word", ANALYSES)
+def test_the_index_of_analyses_says_what_their_classes_say(word):
+    assert ANALYSES[word].word == word

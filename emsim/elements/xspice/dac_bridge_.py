@@ -17,7 +17,7 @@ class DacBridge(CodeModel):
     parameters: ClassVar[dict[str, Word]] = {
         "out_low": Word("output at 0", "", 0.0),
         "out_high": Word("output at 1", "", 1.0),
-        "out_undef": Word("output where the level is undefined", "", 0.5),
+        "out_undef": Word("output where the level is undefined; otherwise the mean of out_low and out_high"),
         "input_load": Word(),
         "t_rise": Word("time from out_low to out_high", "s", 1e-9, least=1e-12),
         "t_fall": Word("time from out_high to out_low", "s", 1e-9, least=1e-12),
@@ -28,10 +28,10 @@ class DacBridge(CodeModel):
             return seat.wrong(f"{seat.width('in')} digital nodes and {seat.width('out')} voltages")
         b = seat.ctx.b
         low, high = seat["out_low"], seat["out_high"]
+        undefined = seat["out_undef"] if seat.given("out_undef") else 0.5 * (low + high)
         for k in range(seat.width("in")):
-            ramp = b.digital_ramp(
-                seat.digital("in", k), (low, high, seat["out_undef"]), (seat["t_rise"], seat["t_fall"])
-            )
+            levels, times = (low, high, undefined), (seat["t_rise"], seat["t_fall"])
+            ramp = b.digital_ramp(seat.digital("in", k), levels, times)
             seat.drive("out", b.wave_expr(ramp), k)
         return None
 

@@ -3,14 +3,18 @@
 //! The gate of a bridge is a PULSE source, and the switch it drives turns where the ramp meets the threshold. That time
 //! needs no search inside integration steps, and the ramp itself, which nothing else reads, needs no steps at all.
 //!
-//! 1. A node is pinned where a source fixes its voltage: a row that reads  g x_n + sum c_k wave_k + f = 0  with f of
-//!    pinned nodes, flags and sources alone. So x_n is an expression of the sources.
-//! 2. A flag is timed where its roots, pinned nodes replaced by their expressions, are affine in piecewise linear
-//!    sources for every state of the flags. Between two corners of these sources a root is a straight line in t, and its
-//!    zero one division.
-//! 3. A source is silent where only pinned nodes and timed flags read it: its corners move nothing that is integrated.
+//! 1. What follows sources at once (system/follow.rs) is an expression of sources, time and flags.
+//! 2. A flag is timed where its roots are such expressions. Between two corners of sources a root that is affine in piecewise linear
+//!    ones is a straight line in t, and its zero one division; any other is smooth, and its first zero is found by bounds of its values and
+//!    slopes (edges/course.rs), however short it is beyond.
+//! 3. A node is pinned where a source fixes its voltage, which is affine in piecewise linear ones. Such a source is silent where only
+//!    pinned nodes and timed flags read it: its corners move nothing that is integrated.
 //!
 //! The driver stops at the edges and at the corners of the other sources; recorded rows carry the pinned values.
+mod course;
+
+use self::course::{Course, Piece, Seen};
+use crate::bounds::is_known;
 use crate::conditions::{size, Standing};
 use crate::derive::substitute;
 use crate::graph::{Graph, Id, Node};
@@ -34,10 +38,11 @@ pub struct Edges {
     /// by wave: its corners need no step
     pub silent: Vec<bool>,
     any_silent: bool,
-    flags: Vec<usize>,   // the timed ones
-    laws: Vec<Law>,      // of these
-    sources: Vec<usize>, // waves their roots read
-    roots: Tape,         // up, down and size of each of `flags`
+    flags: Vec<usize>,            // the timed ones
+    laws: Vec<Law>,               // of these
+    sources: Vec<usize>,          // waves their roots read
+    roots: Tape,                  // up, down and size of each of `flags`
+    courses: Vec<Option<Course>>, // of those that are no straight lines
     pinned: Vec<usize>,
     values: Tape,
 }
@@ -51,7 +56,8 @@ pub struct EdgeWork {
     early: Vec<f64>,
     late: Vec<f64>,
     times: Vec<f64>,
-    clear: Vec<f64>, // from when on an operand has been clear of its threshold, on its flag's own side
+    seen: Vec<Seen>,     // of smooth ones, how far they have been followed
+    clear: Vec<f64>,     // from when on an operand has been clear of its threshold, on its flag's own side
     pending: Vec<usize>, // flags that flip at `at`
     at: f64,
     flipped: Vec<usize>, // flags that flipped at `when`
@@ -67,34 +73,48 @@ pub struct Edge {
 }
 
 impl Edges {
-    /// The edges, and what is left to be stepped through: rows and operands of the other flags, read from the sources where they can be.
-    pub fn find(model: &Model, g: &mut Graph, constant_g: &Entries, constant_c: &Entries) -> (Edges, [Vec<Id>; 2]) {
-        let pinned = pinned(model, g, constant_g, constant_c);
-        let map: Vec<(Id, Id)> = pinned.iter().map(|(&n, &e)| (g.unknown(n as u32), e)).collect();
+    /// Unknowns that conditions and kinks read, or that sources fix: those of them that follow sources make edges.
+    pub fn reads(model: &Model, g: &Graph) -> Vec<usize> {
+        let roots: Vec<Id> = model.flags.iter().flat_map(|f| [f.up, f.down]).collect();
+        let unknown = |id| if let Node::Unknown(i) = g.node(id) { Some(i as usize) } else { None };
+        g.reachable(&roots).into_iter().filter_map(unknown).collect()
+    }
+
+    /// The edges, the rows that are left to be stepped through, and operands of flags that are found by stepping. `follows`: unknowns
+    /// that are expressions of sources; `fixed`: those of them that a source's row is about.
+    pub fn find(
+        model: &Model,
+        g: &mut Graph,
+        [constant_g, constant_c]: [&Entries; 2],
+        follows: &BTreeMap<usize, Id>,
+        fixed: impl Iterator<Item = usize>,
+    ) -> (Edges, [Vec<Id>; 2]) {
+        let known_node = |n: usize| Some((n, *follows.get(&n)?));
+        let pinned: Vec<(usize, Id)> = fixed.filter_map(known_node).collect();
+        let pinned: BTreeMap<usize, Id> = pinned.into_iter().filter(|&(_, e)| affine(g, e, &model.waves)).collect();
+        let map: Vec<(Id, Id)> = follows.iter().map(|(&n, &e)| (g.unknown(n as u32), e)).collect();
         let (mut timed, mut flags, mut laws, mut root_ids) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut others = Vec::new();
+        let (mut courses, mut others) = (Vec::new(), Vec::new());
         for (k, flag) in model.flags.iter().enumerate() {
             let roots = substitute(g, &[flag.up, flag.down], &map);
             let known =
-                !flag.law.remembers() && !flag.law.of_modes() && roots.iter().all(|&r| affine(g, r, &model.waves));
+                !flag.law.remembers() && !flag.law.of_modes() && roots.iter().all(|&r| of_time(g, r, &model.waves));
             timed.push(known);
-            if !known {
-                others.extend(roots);
-            } else {
+            if known {
+                let straight = roots.iter().all(|&r| affine(g, r, &model.waves));
+                courses.push((!straight).then(|| Course::new(g, roots[0], roots[1])));
                 flags.push(k);
                 laws.push(flag.law);
                 let size = size(g, roots[0]);
                 root_ids.extend(roots);
                 root_ids.push(size);
+            } else if !flag.law.remembers() && flag.law != Law::Kept {
+                others.extend(roots);
             }
         }
-        others.dedup();
         let sources = waves_of(g, &root_ids);
         let mut silent = vec![false; model.waves.len()];
-        for k in &sources {
-            silent[*k] = true;
-        }
-        for e in pinned.values() {
+        for e in root_ids.iter().chain(pinned.values()) {
             for k in waves_of(g, &[*e]) {
                 silent[k] = model.waves[k].is_piecewise_linear();
             }
@@ -112,6 +132,7 @@ impl Edges {
             laws,
             sources,
             roots: Tape::new(g, &root_ids),
+            courses,
             pinned: pinned.keys().copied().collect(),
             values: Tape::new(g, &values),
         };
@@ -127,6 +148,7 @@ impl Edges {
             early: vec![0.0; m],
             late: vec![0.0; m],
             times: vec![0.0; m],
+            seen: vec![Seen::default(); m],
             clear: vec![f64::INFINITY; m],
             pending: Vec::with_capacity(m),
             at: f64::NAN,
@@ -215,22 +237,36 @@ impl Edges {
         for _ in 0..CORNERS {
             let corner = self.sources.iter().map(|&k| waves[k].next_breakpoint(from)).fold(limit, f64::min);
             self.evaluate(w, standing, flags, corner, |k| waves[k].value_before(corner), true);
-            let mut first = f64::INFINITY;
+            let (mut first, mut until) = (f64::INFINITY, corner);
             for (m, &k) in self.flags.iter().enumerate() {
                 if w.early[m] < -standing.band[k] {
                     w.clear[m] = w.clear[m].min(from);
                 }
                 let armed = standing.armed[k] || w.clear[m] <= from;
-                w.times[m] = turns(self.laws[m], flags[k] != 0.0, armed, standing.band[k], w.early[m], w.late[m])
-                    .filter(|_| standing.stuck != Some(k))
-                    .map_or(f64::INFINITY, |share| from + share * (corner - from));
+                let on = flags[k] != 0.0;
+                let ends = (w.early[m], w.late[m]);
+                w.times[m] = match &self.courses[m] {
+                    _ if standing.stuck == Some(k) => f64::INFINITY,
+                    None => turns(self.laws[m], on, armed, standing.band[k], ends.0, ends.1)
+                        .map_or(f64::INFINITY, |share| from + share * (corner - from)),
+                    Some(course) => {
+                        let leaves = leaves(self.laws[m], on, armed);
+                        let piece = Piece { from, to: corner, ends, band: standing.band[k], leaves, on };
+                        let (turn, far) = course.turn(&piece, waves, flags, &mut w.seen[m]);
+                        until = until.min(far);
+                        turn
+                    }
+                };
                 first = first.min(w.times[m]);
             }
-            if first.is_finite() {
+            if first.is_finite() && first <= until {
                 let near = first + TOGETHER * (corner - from).min(1e-3 * corner);
                 w.pending.extend(self.flags.iter().zip(&w.times).filter(|(_, &te)| te <= near).map(|(&k, _)| k));
                 w.at = first;
                 return Some(Edge { t: first, flips: true });
+            }
+            if until < corner {
+                return Some(Edge { t: until, flips: false });
             }
             for (m, &k) in self.flags.iter().enumerate() {
                 if w.late[m] < -standing.band[k] {
@@ -240,9 +276,10 @@ impl Edges {
             if corner >= limit {
                 return None;
             }
-            if self.sources.iter().any(|&k| waves[k].value(corner) != w.waves[k]) {
-                // a jump at the corner
-                self.evaluate(w, standing, flags, corner, |k| waves[k].value(corner), true);
+            // a jump, or a ramp too short for two times: what is behind it
+            let behind = self.sources.iter().filter_map(|&k| waves[k].hidden_corner(corner)).fold(corner, f64::max);
+            if self.sources.iter().any(|&k| waves[k].value(behind) != w.waves[k]) {
+                self.evaluate(w, standing, flags, behind, |k| waves[k].value(behind), true);
             }
             std::mem::swap(&mut w.early, &mut w.late);
             from = corner;
@@ -302,67 +339,24 @@ impl Edges {
     }
 }
 
+/// Does a flag turn whose operand stays at its threshold?
+fn leaves(law: Law, on: bool, armed: bool) -> bool {
+    match law {
+        Law::Condition => on,
+        Law::Arrival => armed,
+        Law::Stays | Law::Leg | Law::Memory | Law::History | Law::Mode | Law::Kept => false,
+    }
+}
+
 /// Where between two times, in parts of their distance, a flag turns whose operand goes straight from `early` to `late`.
 fn turns(law: Law, on: bool, armed: bool, band: f64, early: f64, late: f64) -> Option<f64> {
     let side = |v: f64| if v.abs() <= band { 0.0 } else { v.signum() };
     let (here, there) = (side(early), side(late));
     let behind = if here != 0.0 { here } else { there };
-    let leaves = behind == 0.0
-        && match law {
-            Law::Condition => on,
-            Law::Arrival => armed,
-            Law::Stays | Law::Leg | Law::Memory | Law::History | Law::Mode | Law::Kept => false,
-        };
     match () {
-        _ if behind > 0.0 || leaves => Some(0.0),
+        _ if behind > 0.0 || behind == 0.0 && leaves(law, on, armed) => Some(0.0),
         _ if there > 0.0 => Some(-early / (late - early)),
         _ => None,
-    }
-}
-
-/// Pinned nodes and their expressions of sources and flags.
-fn pinned(model: &Model, g: &mut Graph, constant_g: &Entries, constant_c: &Entries) -> BTreeMap<usize, Id> {
-    let n = model.unknowns.len();
-    let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); n];
-    for (&(r, c), &v) in constant_g {
-        if v != 0.0 {
-            rows[r].push((c, v));
-        }
-    }
-    let mut storing = vec![false; n];
-    for &(r, _) in constant_c.keys() {
-        storing[r] = true;
-    }
-    for &r in model.q.keys() {
-        storing[r] = true;
-    }
-    let mut found: BTreeMap<usize, Id> = BTreeMap::new();
-    loop {
-        let before = found.len();
-        for r in 0..n {
-            let [(node, slope)] = rows[r][..] else { continue };
-            let fits = model.unknowns[node].kind == Kind::Node && model.unknowns[r].kind == Kind::Branch;
-            if storing[r] || !fits || found.contains_key(&node) {
-                continue;
-            }
-            let mut sum = model.f.get(&r).copied().unwrap_or_else(|| g.constant(0.0));
-            for &(row, k, coefficient) in &model.f_wave {
-                if row == r {
-                    let (wave, c) = (g.wave(k as u32), g.constant(coefficient));
-                    let term = g.mul(c, wave);
-                    sum = g.add(sum, term);
-                }
-            }
-            let map: Vec<(Id, Id)> = found.iter().map(|(&n, &e)| (g.unknown(n as u32), e)).collect();
-            let sum = substitute(g, &[sum], &map)[0];
-            if affine(g, sum, &model.waves) {
-                let scale = g.constant(-1.0 / slope);
-                found.insert(node, g.mul(scale, sum));
-            }
-        }
-        if found.len() == before {
-            return found;
-        }
     }
 }
 
@@ -404,11 +398,16 @@ fn read_elsewhere(
     substitute(g, &ids, &map)
 }
 
-fn waves_of(g: &Graph, ids: &[Id]) -> Vec<usize> {
+pub fn waves_of(g: &Graph, ids: &[Id]) -> Vec<usize> {
     g.reachable(ids)
         .iter()
         .filter_map(|&id| if let Node::Wave(k) = g.node(id) { Some(k as usize) } else { None })
         .collect()
+}
+
+/// Is e a function of time, whatever the flags, that is known before the run?
+fn of_time(g: &Graph, e: Id, waves: &[Wave]) -> bool {
+    g.reachable(&[e]).into_iter().all(|id| is_known(g.node(id), waves, true))
 }
 
 /// Is e a straight line in piecewise linear sources, whatever the flags?

@@ -24,7 +24,8 @@
 //! like the others'; where one asks, modes.rs decides all of them together.
 //!
 //! After a step the roots are looked at in a few places and at its end, and between neighbouring looks where slopes let them rise above
-//! zero and fall again (events/peaks.rs): by more than is known inside a step, of laws with modes by more than their bands. The earliest
+//! zero and fall again (events/peaks.rs), of laws with modes by more than their bands. Inside a step values are known less well than at
+//! its end: where a peak is above zero by less than that, the step is taken anew to end there, and its end tells. The earliest
 //! crossing is bracketed and narrowed by the Illinois variant of regula falsi. The step is then repeated up to there, and once
 //! more where its end tells another place: what lies inside a long step of the trapezoid is known less well than its end.
 use crate::model::Law;
@@ -33,8 +34,12 @@ use crate::system::{System, Work};
 mod peaks;
 use peaks::Place;
 
-pub struct Located {
-    pub at: f64,
+/// What is found in a step.
+pub enum Located {
+    /// flags flip there
+    Turn(f64),
+    /// a step has to end there to tell
+    Peak(f64),
 }
 
 /// A step just attempted: its end, its inside, and whether it is so long that its inside must be searched too.
@@ -45,6 +50,8 @@ pub struct Candidate<'a> {
     /// so far turns what conditions hang on by sines [rad]
     pub turn: f64,
     pub reltol: f64,
+    /// is a step to end at a peak that only its end can tell?
+    pub peaks: bool,
 }
 
 /// Compares every flag with its condition at every row: a flag that is not what its condition says is told, once each.
@@ -63,6 +70,8 @@ pub struct Check {
 const STUCK: f64 = 1e-9;
 /// ... of no less than this part of the run: what is let go from rest turns its kinks within roundings of time.
 const EARLY: f64 = 1e-3;
+/// Newton's method ends where values are known to so much of what is added up in them.
+const ROUGH: f64 = 1e-9;
 /// Between the ends of steps values are known to so many tolerances.
 const INSIDE: f64 = 10.0;
 
@@ -144,18 +153,23 @@ pub struct Detector {
     ahead: Vec<f64>,         // of the fired flags: time until their roots cross
     recent: Vec<(f64, u32)>, // of each flag: when its present run of quick flips began, how many
     quiet_until: Vec<f64>,
+    /// of kinks that rest: they turn where both sides differ by more than that
+    let_off: Vec<f64>,
 }
 
 /// So many flips within `SHORT` of the span are chattering (sliding along a discontinuity): the flag then rests for
-/// `REST` of the span, so that the run goes on and follows the sliding to that resolution.
+/// `REST` of the span, so that the run goes on and follows the sliding to that resolution. A kink never rests, for nothing slides along
+/// it: both its sides agree there. Where it turns to and fro it is let off what rounding leaves, and no more.
 const MANY: u32 = 8;
 const SHORT: f64 = 2e-5;
 /// The inside of a step is looked at after so much of a turn [rad], so often at most.
-const LOOK: f64 = std::f64::consts::FRAC_PI_6;
+pub const LOOK: f64 = std::f64::consts::FRAC_PI_6;
 const LOOKS: f64 = 4096.0;
 /// Slopes inside a step are those over this part of it.
 const NEARBY: f64 = 1e-5;
 const REST: f64 = 1e-4;
+/// Of what is added up in a kink: half the digits. The last update of Newton's method, whose error is squared by each, leaves less.
+const LET_OFF: f64 = 1.5e-8;
 
 impl Detector {
     pub fn new(sys: &System) -> Detector {
@@ -171,6 +185,7 @@ impl Detector {
             ahead: Vec::new(),
             recent: vec![(f64::NEG_INFINITY, 0); n],
             quiet_until: vec![f64::NEG_INFINITY; n],
+            let_off: vec![0.0; n],
         }
     }
 
@@ -207,7 +222,15 @@ impl Detector {
     /// A root that was already positive (a flip that a located step just missed) fires only when it
     /// moves further away.
     fn fires(&self, k: usize, value: f64, t: f64) -> bool {
-        value > 0.0 && t >= self.quiet_until[k] && (self.before[k] <= 0.0 || value > self.before[k])
+        value > self.level_now(k, t) && (self.before[k] <= 0.0 || value > self.before[k])
+    }
+
+    /// Above which a root fires at t.
+    fn level_now(&self, k: usize, t: f64) -> f64 {
+        match t >= self.quiet_until[k] {
+            true => 0.0,
+            false => self.let_off[k],
+        }
     }
 
     fn any(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) -> bool {
@@ -218,7 +241,8 @@ impl Detector {
         any
     }
 
-    /// The earliest event in (t0, t1] of the candidate step, or None. `fired` then lists the flags that flip there.
+    /// The earliest event in (t0, t1] of the candidate step, or a peak before it that its inside cannot tell from one. `fired` lists the
+    /// flags that flip at an event.
     pub fn locate(
         &mut self,
         sys: &System,
@@ -247,7 +271,10 @@ impl Detector {
             }
         }
         let last = found.map_or(looks, |(j, _)| j);
-        let peak = self.between(sys, w, m, &times[..=last], x);
+        let peak = match self.between(sys, w, m, &times[..=last], x) {
+            Some((_, t, false)) => return Some(Located::Peak(t)),
+            peak => peak.map(|(j, t, _)| (j, t)),
+        };
         let (j, mut hi) = peak.or(found)?;
         let from = if peak.is_some() || m.turn > LOOK { j - 1 } else { 0 };
         let mut lo = times[from];
@@ -293,7 +320,7 @@ impl Detector {
         }
         self.seen.0 = t0;
         self.seen.1.copy_from_slice(&self.before);
-        Some(Located { at: hi })
+        Some(Located::Turn(hi))
     }
 
     /// Roots at t of the candidate step, which ends at t1: does any fire?
@@ -307,7 +334,7 @@ impl Detector {
     }
 
     /// Where a root rises above zero and falls again between two looks, as of two parts that fly through each other: the first part
-    /// of the step in which one does, and a time at which it fires.
+    /// of the step in which one does, a time at which it fires, and whether it does so by more than is unknown inside a step.
     fn between(
         &mut self,
         sys: &System,
@@ -315,7 +342,7 @@ impl Detector {
         m: &Candidate,
         times: &[f64],
         x: &mut [f64],
-    ) -> Option<(usize, f64)> {
+    ) -> Option<(usize, f64, bool)> {
         let n = self.before.len();
         let (parts, width) = (times.len() - 1, times[1] - times[0]);
         let sought = |k: usize| !sys.is_timed(k) && !sys.flags[k].law.remembers() && sys.flags[k].law != Law::Kept;
@@ -323,9 +350,9 @@ impl Detector {
         for k in (0..n).filter(|&k| sought(k)) {
             let root = |j: usize| self.looks[j * n + k];
             let slope = (0..parts).map(|j| (root(j + 1) - root(j)).abs() / width).fold(self.rate[k], f64::max);
-            let level = self.level(sys, w, k, m.reltol);
+            let (least, _) = self.levels(sys, w, m, k);
             asked.extend(
-                (0..parts).filter(|&j| peaks::reaches((root(j), root(j + 1)), width, slope, level)).map(|j| (j, k)),
+                (0..parts).filter(|&j| peaks::reaches((root(j), root(j + 1)), width, slope, least)).map(|j| (j, k)),
             );
         }
         asked.sort_unstable();
@@ -339,16 +366,20 @@ impl Detector {
                 let slope = |[a, b]: &[(f64, Vec<f64>); 2]| (b.1[k] - a.1[k]) / (b.0 - a.0);
                 let place = |j: usize, slope| Place { t: times[j], value: self.looks[j * n + k], slope };
                 let (a, b) = (place(j, slope(&begin)), place(j + 1, slope(&end)));
-                let level = self.level(sys, w, k, m.reltol);
+                let (least, sure) = self.levels(sys, w, m, k);
+                // one that is above at the end of the part is found there
+                let level = if b.value > 0.0 { sure } else { least };
                 let mut read = |t: f64| {
                     let next = t + nearby;
                     let [value, ahead] = [t, next].map(|t| self.roots(sys, w, m, t, x)[k]);
                     Place { t, value, slope: (ahead - value) / (next - t) }
                 };
-                peaks::above(a, b, level, &mut read).filter(|&t| t >= self.quiet_until[k])
+                let t = peaks::above(a, b, level, &mut read).filter(|&t| t >= self.quiet_until[k])?;
+                let value = read(t).value;
+                Some((t, value > sure))
             });
-            if let Some(t) = first.reduce(f64::min) {
-                return Some((j + 1, t));
+            if let Some((t, is_sure)) = first.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                return Some((j + 1, t, is_sure));
             }
         }
         None
@@ -361,13 +392,17 @@ impl Detector {
         roots
     }
 
-    /// What rises no higher inside a step may be nothing: values are known less well there.
-    fn level(&self, sys: &System, w: &Work, k: usize, reltol: f64) -> f64 {
-        let unknown = match sys.flags[k].law {
+    /// What rises no higher than the first inside a step is nothing, what rises no higher than the second may be nothing: values are known
+    /// less well there. Of laws with modes, and kinks, which are the same on both sides, these are one.
+    fn levels(&self, sys: &System, w: &Work, m: &Candidate, k: usize) -> (f64, f64) {
+        let (law, size) = (sys.flags[k].law, sys.flag_size(w, k));
+        let unknown = match law {
             Law::Mode => sys.mode_band(w, k),
-            _ => INSIDE * reltol * sys.flag_size(w, k),
+            _ => INSIDE * m.reltol * size,
         };
-        self.before[k].max(0.0) + unknown
+        let told_by_ends = m.peaks && law != Law::Mode && !law.is_kink();
+        let zero = self.before[k].max(0.0);
+        (zero + if told_by_ends { ROUGH * size } else { unknown }, zero + unknown)
     }
 
     /// The repeated step ends at (x, at): how long until the first of the fired flags' roots crosses, below 0 where it has.
@@ -381,10 +416,12 @@ impl Detector {
         let mut falls = false;
         for &k in &self.fired {
             let slope = (now[k] - then[k]) / (at - *t0);
-            let ahead = if slope > 0.0 { -now[k] / slope } else { 0.0 };
+            let level = if sys.flags[k].is_kink() && at < self.quiet_until[k] { self.let_off[k] } else { 0.0 };
+            let rests = if level > 0.0 { f64::NEG_INFINITY } else { self.quiet_until[k] - at };
+            let ahead = if slope > 0.0 { (level - now[k]) / slope } else { 0.0 };
             falls |= slope <= 0.0 && now[k] > 0.0 && self.before[k] <= 0.0 && at >= self.quiet_until[k];
             // what was to flip already has no crossing here, and what rests none before its rest is over
-            self.ahead.push(if self.before[k] > 0.0 { 0.0 } else { ahead.max(self.quiet_until[k] - at) });
+            self.ahead.push(if self.before[k] > 0.0 { 0.0 } else { ahead.max(rests) });
         }
         *t0 = at;
         then.copy_from_slice(&now);
@@ -400,7 +437,7 @@ impl Detector {
 
     /// Book-keeping after the flags have been flipped at t: a flag that flips again and again in no time rests a while.
     /// Returns a flag that has just been put to rest.
-    pub fn flipped(&mut self, sys: &System, t: f64, span: f64) -> Option<usize> {
+    pub fn flipped(&mut self, sys: &System, w: &Work, t: f64, span: f64) -> Option<usize> {
         let mut resting = None;
         for &k in self.fired.iter().filter(|&&k| !sys.flags[k].law.of_modes()) {
             let (begin, count) = self.recent[k];
@@ -408,7 +445,9 @@ impl Detector {
             if self.recent[k].1 >= MANY {
                 self.quiet_until[k] = t + REST * span;
                 self.recent[k] = (f64::NEG_INFINITY, 0);
-                resting = Some(k);
+                let kink = sys.flags[k].is_kink();
+                self.let_off[k] = if kink { LET_OFF * sys.flag_size(w, k) } else { f64::INFINITY };
+                resting = if kink { resting } else { Some(k) };
             }
         }
         resting

@@ -36,6 +36,8 @@ const CUBIC: f64 = 1e-2;
 const CONDUCTS: f64 = 12.0;
 /// Rounding of so much of what is added up.
 const ROUNDED: f64 = 1e-12;
+/// Rounding of a time: what counts as a corner of a source is as near (waves.rs).
+const TIME: f64 = 8.0 * f64::EPSILON;
 /// Rows so near to each other, in parts of the time, are one.
 const SAME: f64 = 1e-12;
 /// So many rows are told, each with its worst place.
@@ -337,6 +339,12 @@ impl Invariants {
         }
         let plain = self.plain;
         self.bounds.iter_mut().zip(&self.watched).for_each(|(bound, &row)| *bound = MOST * sums[row]);
+        // a source is known as well as the time is
+        for &(k, j, v) in &self.sources {
+            let slope =
+                sys.waves.get(j as usize).map_or(0.0, |wave| wave.rate(t, true).abs().max(wave.rate(t, false).abs()));
+            self.bounds[k as usize] += v.abs() * slope * TIME * t;
+        }
         self.loose.clone_from(&self.bounds);
         let largest = self.largest_currents(sys, w, x);
         let mut sizes = vec![0.0; sys.n];

@@ -6,6 +6,7 @@
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports, unused_variables))]
 
 pub mod assembly; // constraints: position and velocity projection, rank
+pub mod bounds; // between which values an expression of time lies
 pub mod conditions; // what flags ask for at their thresholds
 pub mod derive; // reverse and forward differentiation, substitution
 pub mod devices; // semiconductor kernels, one file each

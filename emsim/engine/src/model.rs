@@ -159,6 +159,33 @@ pub struct FlagSpec {
     pub law: Law,
 }
 
+/// Conditions that follow what Newton's method finds; the others stay as they are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Free {
+    All,
+    /// those whose card says nothing of a start
+    Unsaid,
+    /// kinks: what they choose between goes on through their threshold
+    Kinks,
+}
+
+impl Free {
+    pub fn has(self, f: &FlagSpec) -> bool {
+        match self {
+            Free::All => true,
+            Free::Unsaid => f.rest < 0,
+            Free::Kinks => f.is_kink(),
+        }
+    }
+}
+
+impl FlagSpec {
+    /// Is it min, max, abs: one threshold, and the same on both sides of it? (A hysteresis says nothing between two.)
+    pub fn is_kink(&self) -> bool {
+        self.law.is_kink() && self.up == self.down
+    }
+}
+
 /// Node voltages forced at the operating point (`.ic`) or only suggested (`.nodeset`).
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Force {
@@ -204,7 +231,6 @@ pub enum Placed {
         terminals: Vec<i32>,
         folded: Box<Folded>,
         multiplied: f64,
-        off: bool,
         inner: Vec<i32>,
     },
     Part {
@@ -244,6 +270,10 @@ pub struct Model {
     /// Branch currents held while a run's start is sought: of coils that would short a voltage.
     pub starting_currents: Vec<(usize, f64)>,
     pub ic_charge: Vec<(usize, f64)>,
+    /// node voltages of a start with UIC, where capacitors have them
+    pub given: Vec<(usize, f64)>,
+    /// names of the devices that carry no current in the first solution of an operating point
+    pub off: Vec<String>,
 }
 
 impl Model {
@@ -293,7 +323,7 @@ impl Model {
         name: &str,
         terminals: &[i32],
         folded: &Folded,
-        (m, off): (f64, bool),
+        m: f64,
     ) -> Result<(), String> {
         let (unknowns, rates, mut made) = (&mut self.unknowns, &mut self.rates, Vec::new());
         let (g, c) = (&mut self.g, &mut self.c);
@@ -324,11 +354,11 @@ impl Model {
             made.push(k);
             k
         };
-        compiled::seat(&mut self.classes, module, name, terminals, folded, (m, off), &mut unknown)?;
+        compiled::seat(&mut self.classes, module, name, terminals, folded, m, &mut unknown)?;
         if let Some(placed) = &mut self.placed {
             let (module, name, terminals) = (module.into(), name.into(), terminals.to_vec());
             let folded = Box::new(folded.clone());
-            placed.push(Placed::Module { module, name, terminals, folded, multiplied: m, off, inner: made });
+            placed.push(Placed::Module { module, name, terminals, folded, multiplied: m, inner: made });
         }
         Ok(())
     }
@@ -365,11 +395,10 @@ impl Model {
                     let mut next = |_: &str| inner.next().unwrap_or(usize::MAX);
                     self.classes[k].add(&name, &terminals, &model, &instance, at, &mut next)?;
                 }
-                Placed::Module { module, name, terminals, folded, multiplied, off, inner } => {
+                Placed::Module { module, name, terminals, folded, multiplied, inner } => {
                     let mut inner = inner.into_iter();
                     let mut next = |_: Wanted| inner.next().unwrap_or(-1);
-                    let how = (multiplied, off);
-                    compiled::seat(&mut self.classes, &module, &name, &terminals, &folded, how, &mut next)?;
+                    compiled::seat(&mut self.classes, &module, &name, &terminals, &folded, multiplied, &mut next)?;
                 }
                 Placed::Part { kind, name, ports, values } => {
                     self.logic.add(&kind, &name, ports, &values.into_iter().collect())?;

@@ -3,19 +3,24 @@
 //! `operating_point`: F(x) = 0 with the machine held at its initial coordinates and speeds (or, for a static
 //! equilibrium, let go). Plain Newton, then gmin stepping, source stepping, pseudo-transient.
 //! `initial_conditions`: UIC, from given charges and fluxes. `consistent`: algebraic unknowns that fit the charges.
+mod consistent;
+mod given;
 mod hanging;
 mod holding;
 mod linear;
 mod rest;
 pub mod sweep;
+mod unstable;
 
+pub use self::consistent::{consistent, consistent_with, hold, is_all_state, undetermined, Stays};
+pub use self::given::initial_conditions;
 use self::holding::Holding;
 pub use self::rest::couples;
 use self::rest::descend;
-use crate::newton::{Failure, Newton, Options, Tolerances};
-use crate::reduced::augment;
+pub use self::unstable::unstable;
+use crate::newton::{Failure, Options, Tolerances};
 use crate::sparse::{Lu, Pattern, Singular, Symbolic};
-use crate::system::{Hanging, Held, Kind, System, Work};
+use crate::system::{FlagSpec, Free, Hanging, Held, Kind, System, Work};
 use crate::tolerances::Quantity;
 
 pub struct NoPoint {
@@ -43,7 +48,8 @@ struct Dc<'a> {
     lean: Option<(f64, Vec<f64>)>, // 1/s^2, last coordinates
     holding: Option<Holding>,      // laws with modes, of a machine that comes to rest
     unbalanced: bool,              // an update was small where there is no solution (linear.rs)
-    resting: bool,                 // switches stay as their cards say
+    free: Free,                    // conditions that follow the iterate
+    reltol: f64,
 }
 
 /// Where conditions have flipped so often, full steps jump over the place where they hold: from then on a step ends where the
@@ -72,7 +78,7 @@ fn analysed(sys: &System, couples: &[(usize, usize)]) -> Result<(Pattern, Symbol
 }
 
 impl<'a> Dc<'a> {
-    fn new(sys: &'a System, hold: bool, starts: bool, x: &[f64]) -> Result<Dc<'a>, Failure> {
+    fn new(sys: &'a System, hold: bool, starts: bool, reltol: f64, x: &[f64]) -> Result<Dc<'a>, Failure> {
         let n = sys.n;
         let held: Vec<Option<f64>> = sys
             .unknowns
@@ -119,7 +125,8 @@ impl<'a> Dc<'a> {
             lean: None,
             holding: None,
             unbalanced: false,
-            resting: false,
+            free: Free::All,
+            reltol,
         })
     }
 
@@ -177,19 +184,22 @@ impl<'a> Dc<'a> {
                 }
                 x[i] = new;
             }
-            // conditions follow the iterate; what finds no rest (a relaxation oscillator) is left as it is in the end
+            // conditions follow the iterate
             let mut settled = absent.is_empty();
-            let flip = if self.resting { System::update_free_flags } else { System::update_flags };
             if turns {
                 turned += 1;
-                settled &= !sys.turn_first(w, x, 0.0);
-            } else if flips < CHATTER && flip(sys, w, x, 0.0) {
+                settled &= !sys.turn_first_of(w, x, 0.0, self.free);
+            } else if flips < CHATTER && sys.follow_flags(w, x, 0.0, self.free) {
                 flips += 1;
                 settled = false;
             }
             if !w.limited && settled && (iteration > 1 || sys.linear) {
                 if largest <= 1.0 && (transient.is_some() || self.balances(w, x, shunt)) {
-                    return Ok(iteration);
+                    // what finds no rest, a relaxation oscillator, has no point
+                    return match sys.asking(w, x, 0.0, self.free, self.reltol) {
+                        Some(flag) if flips >= CHATTER => Err(Failure::Contradiction { flag }),
+                        _ => Ok(iteration),
+                    };
                 }
                 self.unbalanced |= largest <= 1.0;
                 // tolerances below the rounding of the equations: nothing better can be found
@@ -253,13 +263,15 @@ impl<'a> Dc<'a> {
     fn shorten(&mut self, w: &mut Work, x: &[f64]) -> bool {
         let sys = self.sys;
         let at = |s: f64, step: &[f64]| -> Vec<f64> { x.iter().zip(step).map(|(x, d)| x + s * d).collect() };
-        if !sys.is_asked(w, &at(1.0, &self.residual), 0.0) {
+        let free = self.free;
+        let asked = |w: &mut Work, x: &[f64]| sys.asking(w, x, 0.0, free, 0.0).is_some();
+        if !asked(w, &at(1.0, &self.residual)) {
             return false;
         }
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            if sys.is_asked(w, &at(middle, &self.residual), 0.0) {
+            if asked(w, &at(middle, &self.residual)) {
                 high = middle;
             } else {
                 low = middle;
@@ -340,6 +352,10 @@ impl<'a> Dc<'a> {
 }
 
 /// DC operating point into `x` (which holds the initial values of the machine). `statics`: the machine is let go.
+///
+/// Where a run starts (not `w.dc`) and conditions find no rest, as in a relaxation oscillator, there is no such point. The run then starts
+/// from a named substitute: conditions that jump stay as the given values have them, and all that is continuous is solved,
+/// min, max and limits with it. `w.substitute` is the condition that is not what it says there, and how it is held.
 pub fn operating_point(
     sys: &System,
     w: &mut Work,
@@ -348,6 +364,8 @@ pub fn operating_point(
     statics: bool,
     x: &mut Vec<f64>,
 ) -> Result<(), NoPoint> {
+    w.gmin = o.gmin;
+    (w.hanging, w.substitute) = (None, None);
     if !statics && sys.unknowns.iter().all(|u| u.kind.mechanical()) {
         // all of it is held where it is
         for _ in 0..CHATTER {
@@ -355,155 +373,218 @@ pub fn operating_point(
                 break;
             }
         }
-        w.gmin = o.gmin;
         return Ok(());
     }
     let singular = |why| NoPoint { why, tried: vec![] };
-    let mut dc = Dc::new(sys, !statics, !w.dc, x).map_err(singular)?;
-    let gmin = o.gmin;
-    w.gmin = gmin;
-    w.hanging = None;
-    let mut start = x.clone();
-    // `.ic` is about the start of a run: where sources have their DC values it counts for nothing
-    let forces = || sys.forces.iter().filter(|f| f.release || !w.dc);
-    for f in forces() {
-        start[f.row] = f.value; // every attempt begins where the user expects the point
+    let dc = Dc::new(sys, !statics, !w.dc, o.reltol, x).map_err(singular)?;
+    let mut search = Search { dc, o, tol, start: x.clone(), tried: Vec::new(), hung: None };
+    search.begin(w, x);
+    if !search.dc.pairs.is_empty() {
+        return search.rest(w, x);
     }
-    let mut tried = Vec::new();
+    let found = search.seek(w, x).map_err(|why| NoPoint { why, tried: std::mem::take(&mut search.tried) });
+    let jumps = |f: &FlagSpec| !f.is_kink() && !f.law.of_modes();
+    if w.dc || found.is_ok() || !sys.flags.iter().any(jumps) {
+        return found;
+    }
+    search.dc.free = Free::Kinks;
+    search.hung = None;
+    if search.seek(w, x).is_err() {
+        return found;
+    }
+    w.substitute = sys.asking(w, x, 0.0, Free::All, o.reltol).map(|flag| (flag, w.flags[flag] != 0.0));
+    Ok(())
+}
 
-    // nodesets: a first solution with the nodes held there, then let go
-    let nodesets: Vec<_> = forces().filter(|f| f.release).map(|f| (f.row, f.value)).collect();
-    let ics: Vec<_> = forces().filter(|f| !f.release).map(|f| (f.row, f.value)).collect();
-    dc.forced.clone_from(&ics);
-    if !nodesets.is_empty() {
-        dc.forced.extend(&nodesets);
-        if dc.newton(w, x, 0.0, None, tol, o.itl1).is_err() {
-            x.copy_from_slice(&start);
-        }
+/// A search for an operating point.
+struct Search<'a> {
+    dc: Dc<'a>,
+    o: &'a Options,
+    tol: &'a Tolerances,
+    start: Vec<f64>, // of every attempt
+    tried: Vec<String>,
+    /// a point that is one by the currents of gmin alone is the last that is taken
+    hung: Option<(Vec<f64>, Held, Hanging)>,
+}
+
+impl Search<'_> {
+    /// First solutions: with nodes held where the deck says so, without devices that are off, with switches as their cards say.
+    fn begin(&mut self, w: &mut Work, x: &mut Vec<f64>) {
+        let (sys, dc, most) = (self.dc.sys, &mut self.dc, self.o.itl1);
+        // `.ic` is about the start of a run: where sources have their DC values it counts for nothing
+        let forces: Vec<_> = sys.forces.iter().filter(|f| f.release || !w.dc).collect();
+        let held = |release: bool| -> Vec<(usize, f64)> {
+            forces.iter().filter(|f| f.release == release).map(|f| (f.row, f.value)).collect()
+        };
+        let (nodesets, ics) = (held(true), held(false));
+        // every attempt begins where the user expects the point
+        nodesets.iter().chain(&ics).for_each(|&(row, value)| self.start[row] = value);
         dc.forced.clone_from(&ics);
+        if !nodesets.is_empty() {
+            dc.forced.extend(&nodesets);
+            if dc.newton(w, x, 0.0, None, self.tol, most).is_err() {
+                x.copy_from_slice(&self.start);
+            }
+            dc.forced.clone_from(&ics);
+        }
+        sys.update_flags(w, x, 0.0);
+        if sys.devices.some_off {
+            w.without_off = true;
+            let found = dc.newton(w, x, linear::LEAK, None, self.tol, most);
+            w.without_off = false;
+            match found {
+                Ok(_) => self.start.copy_from_slice(x),
+                Err(_) => self.reset(w, x),
+            }
+        }
+        // between its thresholds a switch is what its card says; whether it is between them, a first solution tells
+        if sys.flags.iter().zip(&w.flags).any(|(f, &now)| f.rest > 0 || (f.rest == 0 && now > 0.0)) {
+            for (flag, f) in w.flags.iter_mut().zip(&sys.flags).filter(|(_, f)| f.rest >= 0) {
+                *flag = f64::from(f.rest);
+            }
+            self.dc.free = Free::Unsaid;
+            match self.dc.newton(w, x, 0.0, None, self.tol, most) {
+                Ok(_) => _ = sys.update_flags(w, x, 0.0),
+                Err(_) => self.reset(w, x),
+            }
+            self.dc.free = Free::All;
+        }
     }
-    sys.update_flags(w, x, 0.0);
-    let reset = |w: &mut Work, x: &mut Vec<f64>| {
-        x.copy_from_slice(&start);
+
+    /// As it was before the first attempt.
+    fn reset(&self, w: &mut Work, x: &mut [f64]) {
+        let sys = self.dc.sys;
+        x.copy_from_slice(&self.start);
         w.ports = sys.work().ports;
         w.reset_flags(sys);
         w.source_factor = 1.0;
-        w.gmin = gmin;
+        w.gmin = self.o.gmin;
         sys.touch_sources(w);
         sys.update_flags(w, x, 0.0);
-    };
-    // between its thresholds a switch is what its card says; whether it is between them, a first solution tells
-    if sys.flags.iter().zip(&w.flags).any(|(f, &now)| f.rest > 0 || (f.rest == 0 && now > 0.0)) {
-        for (flag, f) in w.flags.iter_mut().zip(&sys.flags).filter(|(_, f)| f.rest >= 0) {
-            *flag = f64::from(f.rest);
-        }
-        dc.resting = true;
-        match dc.newton(w, x, 0.0, None, tol, o.itl1) {
-            Ok(_) => _ = sys.update_flags(w, x, 0.0),
-            Err(_) => reset(w, x),
-        }
-        dc.resting = false;
     }
 
-    if !dc.pairs.is_empty() {
-        // electrical unknowns first, the machine where it is
-        if let Ok(mut held) = Dc::new(sys, true, !w.dc, x) {
-            let _ = held.newton(w, x, 0.0, None, tol, o.itl1);
+    /// A machine comes to rest: electrical unknowns first, then downhill.
+    fn rest(mut self, w: &mut Work, x: &mut Vec<f64>) -> Result<(), NoPoint> {
+        let (sys, dc) = (self.dc.sys, &mut self.dc);
+        if let Ok(mut held) = Dc::new(sys, true, !w.dc, self.o.reltol, x) {
+            let _ = held.newton(w, x, 0.0, None, self.tol, self.o.itl1);
         }
-        tried.push("downhill from the start".into());
+        let tried = vec!["downhill from the start".into()];
         let couples = couples(sys);
-        dc.holding = Holding::new(sys, w, x, &couples, tol);
-        return match descend(&mut dc, w, x, tol) {
-            Ok(()) => {
-                let found = settled(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried });
-                w.hanging = dc.hanging(w, x, 0.0, o);
-                dc.holding.iter().for_each(|holding| holding.end(sys, w));
-                found
-            }
-            Err(why) => Err(NoPoint { why, tried }),
-        };
+        dc.holding = Holding::new(sys, w, x, &couples, self.tol);
+        if let Err(why) = descend(dc, w, x, self.tol) {
+            return Err(NoPoint { why, tried });
+        }
+        let found = settled(dc, w, x, self.tol, self.o).map_err(|why| NoPoint { why, tried });
+        w.hanging = dc.hanging(w, x, 0.0, self.o);
+        dc.holding.iter().for_each(|holding| holding.end(sys, w));
+        found
     }
-    tried.push(format!("Newton's method ({} iterations)", o.itl1));
-    // a point that another iteration leaves again is none: conditions that were left as they are, for one
-    let found = dc.newton(w, x, 0.0, None, tol, o.itl1).and_then(|_| polish(&mut dc, w, x, tol, o));
-    // a point that is one by the currents of gmin alone is the last that is taken
-    let mut hung: Option<(Vec<f64>, Held, Hanging)> = None;
-    let mut stands = |dc: &mut Dc, w: &mut Work, x: &[f64], shunt: f64| {
-        let hanging = dc.hanging(w, x, shunt, o);
-        if let (Some(hanging), None) = (hanging, &hung) {
-            hung = Some((x.to_vec(), w.held(), hanging));
+
+    /// A point that does not hang on gmin; one that does is kept.
+    fn stands(&mut self, w: &mut Work, x: &[f64], shunt: f64) -> bool {
+        let hanging = self.dc.hanging(w, x, shunt, self.o);
+        if let (Some(hanging), None) = (hanging, &self.hung) {
+            self.hung = Some((x.to_vec(), w.held(), hanging));
         }
         hanging.is_none()
-    };
-    let mut why = match found {
-        Ok(()) if stands(&mut dc, w, x, 0.0) => return Ok(()),
-        Ok(()) => Failure::Diverged { unknown: 0, row: 0 },
-        Err(why) => why,
-    };
-    if dc.unbalanced {
-        tried.push("a start without the expressions".into());
-        reset(w, x);
-        // from nothing on, Newton's method doubles a divisor in every iteration
-        if dc.without_expressions(w, x) && dc.newton(w, x, 0.0, None, tol, o.itl1 + DOUBLINGS).is_ok() {
-            match polish(&mut dc, w, x, tol, o) {
-                Ok(()) if stands(&mut dc, w, x, 0.0) => return Ok(()),
-                Ok(()) => {}
+    }
+
+    /// What an attempt has led to: polished, it stands on its own. None where it hangs.
+    fn accept(&mut self, led: Result<(), Failure>, w: &mut Work, x: &mut [f64]) -> Result<bool, Failure> {
+        led.and_then(|()| polish(&mut self.dc, w, x, self.tol, self.o))?;
+        Ok(self.stands(w, x, 0.0))
+    }
+
+    /// Newton's method from x, then from afar.
+    fn seek(&mut self, w: &mut Work, x: &mut [f64]) -> Result<(), Failure> {
+        let (tol, o) = (self.tol, self.o);
+        self.tried.push(format!("Newton's method ({} iterations)", o.itl1));
+        if self.dc.free == Free::Kinks {
+            self.reset(w, x);
+        }
+        // a point that another iteration leaves again is none
+        let led = self.dc.newton(w, x, 0.0, None, tol, o.itl1).map(|_| ());
+        let mut why = match self.accept(led, w, x) {
+            Ok(true) => return Ok(()),
+            Ok(false) => Failure::Diverged { unknown: 0, row: 0 },
+            Err(why) => why,
+        };
+        if self.dc.unbalanced {
+            self.tried.push("a start without the expressions".into());
+            self.reset(w, x);
+            // from nothing on, Newton's method doubles a divisor in every iteration
+            if self.dc.without_expressions(w, x) && self.dc.newton(w, x, 0.0, None, tol, o.itl1 + DOUBLINGS).is_ok() {
+                match self.accept(Ok(()), w, x) {
+                    Ok(true) => return Ok(()),
+                    Ok(false) => {}
+                    Err(e) => why = e,
+                }
+            }
+        }
+        // a matrix that is singular whatever the shunts are has no point to find
+        if !matches!(&why, Failure::Singular(s) if s.structural) {
+            match self.from_afar(w, x, &why) {
+                Ok(true) => return Ok(()),
+                Ok(false) => {}
                 Err(e) => why = e,
             }
         }
+        let Some((point, held, hanging)) = self.hung.take() else { return Err(why) };
+        self.reset(w, x);
+        x.copy_from_slice(&point);
+        w.restore(&held);
+        w.hanging = Some(hanging);
+        Ok(())
     }
-    // a matrix that is singular whatever the shunts are has no point to find
-    let hopeless = matches!(&why, Failure::Singular(s) if s.structural);
-    if !hopeless {
-        tried.push("gmin stepping".into());
-        reset(w, x);
+
+    /// By homotopies: conductances to ground that fall, sources that grow, time. False: all that was found hangs on gmin. `why`: what
+    /// Newton's method said.
+    fn from_afar(&mut self, w: &mut Work, x: &mut [f64], why: &Failure) -> Result<bool, Failure> {
+        let (tol, o, gmin) = (self.tol, self.o, self.o.gmin);
+        self.tried.push("gmin stepping".into());
+        self.reset(w, x);
         let ladder = |s: f64| 1e-2_f64 * (1e-13_f64 / 1e-2).powf(s);
-        let walked = dc.walk(w, x, tol, 50, &mut |_, s| if s >= 1.0 { 0.0 } else { ladder(s) });
-        if walked.and_then(|()| polish(&mut dc, w, x, tol, o)).is_ok() && stands(&mut dc, w, x, 0.0) {
-            return Ok(());
+        let led = self.dc.walk(w, x, tol, 50, &mut |_, s| if s >= 1.0 { 0.0 } else { ladder(s) });
+        if matches!(self.accept(led, w, x), Ok(true)) {
+            return Ok(true);
         }
         // nodes that hang on capacitors alone: the shunt of gmin gives them a point
-        reset(w, x);
-        let shunted = dc.walk(w, x, tol, 50, &mut |_, s| ladder(s).max(gmin)).is_ok();
+        self.reset(w, x);
+        let shunted = self.dc.walk(w, x, tol, 50, &mut |_, s| ladder(s).max(gmin)).is_ok();
         w.gmin = gmin;
-        let shunted = shunted && !sys.update_flags(w, x, 0.0) && balanced(&dc, w, x, tol, o).is_ok();
+        let asked = self.dc.sys.asking(w, x, 0.0, self.dc.free, o.reltol).is_some();
+        let shunted = shunted && !asked && balanced(&self.dc, w, x, 0.0, tol, o).is_ok();
         // (what only this shunt carries nothing determines)
-        match shunted.then(|| dc.hanging(w, x, gmin, o)) {
-            Some(None) => return Ok(()),
-            Some(Some(_)) if matches!(why, Failure::Singular(_)) => return Err(NoPoint { why, tried }),
+        match shunted.then(|| self.dc.hanging(w, x, gmin, o)) {
+            Some(None) => return Ok(true),
+            Some(Some(_)) if matches!(why, Failure::Singular(_)) => {
+                self.hung = None;
+                return Err(why.clone());
+            }
             _ => {}
         }
-        tried.push("source stepping".into());
-        reset(w, x);
-        let walked = dc.walk(w, x, tol, 50, &mut |w, s| {
+        self.tried.push("source stepping".into());
+        self.reset(w, x);
+        let mut grow = |w: &mut Work, s: f64| {
             w.source_factor = s;
             if s >= 1.0 {
                 0.0
             } else {
                 gmin
             }
-        });
+        };
+        let led = self.dc.walk(w, x, tol, 50, &mut grow);
         w.source_factor = 1.0;
-        sys.touch_sources(w);
-        if walked.and_then(|()| polish(&mut dc, w, x, tol, o)).is_ok() && stands(&mut dc, w, x, 0.0) {
-            return Ok(());
+        self.dc.sys.touch_sources(w);
+        if matches!(self.accept(led, w, x), Ok(true)) {
+            return Ok(true);
         }
-        tried.push("pseudo-transient".into());
-        reset(w, x);
-        match pseudo_transient(&mut dc, w, x, tol).and_then(|()| polish(&mut dc, w, x, tol, o)) {
-            Ok(()) if stands(&mut dc, w, x, 0.0) => return Ok(()),
-            Ok(()) => {}
-            Err(e) => why = e,
-        }
+        self.tried.push("pseudo-transient".into());
+        self.reset(w, x);
+        let led = pseudo_transient(&mut self.dc, w, x, tol);
+        self.accept(led, w, x)
     }
-    if let Some((point, held, hanging)) = hung {
-        reset(w, x);
-        x.copy_from_slice(&point);
-        w.restore(&held);
-        w.hanging = Some(hanging);
-        return Ok(());
-    }
-    Err(NoPoint { why, tried })
 }
 
 /// Implicit Euler from the present point with growing steps, every node loaded by a capacitor: a damped way to rest.
@@ -551,11 +632,10 @@ fn pseudo_transient(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances) 
 /// residual of each row within the tolerances of its terms.
 fn polish(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Options) -> Result<(), Failure> {
     dc.newton(w, x, 0.0, None, tol, o.itl1)?;
-    // where a run starts, a condition that found no rest may stay as it is; a point that is reported has none such
-    if w.dc {
-        dc.sys.update_flags(w, x, 0.0);
+    if let Some(flag) = dc.sys.asking(w, x, 0.0, dc.free, o.reltol) {
+        return Err(Failure::Contradiction { flag });
     }
-    balanced(dc, w, x, tol, o)
+    balanced(dc, w, x, 0.0, tol, o)
 }
 
 /// The same where a machine has come to rest. One that lies on others, or that friction holds, may lie elsewhere just as well: where
@@ -578,9 +658,9 @@ fn settled(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Optio
 
 /// Is F of the equations, without any shunt, nothing but what the tolerances of its terms allow? `abstol` besides, and what leaks
 /// through gmin where there is nothing else. Currents of sources are no part of Newton's norm, but their rows are equations too.
-fn balanced(dc: &Dc, w: &mut Work, x: &[f64], tol: &Tolerances, o: &Options) -> Result<(), Failure> {
+fn balanced(dc: &Dc, w: &mut Work, x: &[f64], t: f64, tol: &Tolerances, o: &Options) -> Result<(), Failure> {
     let sys = dc.sys;
-    sys.eval_jacobian(w, x, 0.0, false);
+    sys.eval_jacobian(w, x, t, false);
     let mut allowed: Vec<f64> = (0..sys.n)
         .map(|i| match sys.unknowns[i].kind {
             Kind::Node => o.absolute.of(Quantity::Current, o.reltol) + 2.0 * o.gmin * x[i].abs(),
@@ -605,279 +685,3 @@ fn balanced(dc: &Dc, w: &mut Work, x: &[f64], tol: &Tolerances, o: &Options) -> 
 
 /// So often a rest that is indifferent is solved for from the last solution.
 const LEANS: usize = 3;
-
-/// Nothing is divided by the length over which what is stored is held: so much of the other.
-const STILL: f64 = 1e-3;
-/// ... and up to so many times a hundredth of it.
-const SHORTER: usize = 6;
-
-/// Does `consistent` with `refine` leave everything as it is?
-pub fn is_all_state(sys: &System) -> bool {
-    sys.devices() == 0 && sys.differential.iter().all(|&d| d)
-}
-
-/// Consistent values at t after a discontinuity, or at the start: one backward Euler step so short that charges,
-/// fluxes and momenta cannot move, but everything algebraic must fit:  Q(x1) - Q(x0) + h F(x1) = 0.
-/// With `refine`, multipliers and derivative unknowns are extrapolated from two such steps (their error is O(h)).
-/// On failure what is stored stays as it was, false: the method's own first step, stiffly accurate, will do the same work.
-#[allow(clippy::too_many_arguments)]
-pub fn consistent(
-    sys: &System,
-    newton: &mut Newton,
-    w: &mut Work,
-    x: &mut [f64],
-    t: f64,
-    h: f64,
-    tol: &Tolerances,
-    refine: bool,
-) -> bool {
-    consistent_with(sys, newton, w, x, None, t, h, tol, refine)
-}
-
-/// The same; `charges`: Q(x0) where the equations were others before.
-#[allow(clippy::too_many_arguments)]
-pub fn consistent_with(
-    sys: &System,
-    newton: &mut Newton,
-    w: &mut Work,
-    x: &mut [f64],
-    charges: Option<Vec<f64>>,
-    t: f64,
-    h: f64,
-    tol: &Tolerances,
-    refine: bool,
-) -> bool {
-    sys.eval(w, x, t);
-    let q0 = charges.unwrap_or_else(|| w.q.clone());
-    let ports = w.ports.clone();
-    let mut step = |w: &mut Work, h: f64, from: &[f64]| -> Option<Vec<f64>> {
-        newton.forget();
-        let r: Vec<f64> = q0.iter().map(|q| -q / h).collect();
-        let mut y = from.to_vec();
-        newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 100).ok()?;
-        // multipliers live on second differences of positions, voltages of coils on those of fluxes: a second, linear pass removes
-        // Newton's noise
-        newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 100).ok()?;
-        Some(y)
-    };
-    let (lags, given) = if refine { (undetermined(sys), vec![false; sys.n]) } else { (Vec::new(), Vec::new()) };
-    let stays = Stays { lags: &lags, given: &given, near: true };
-    let Some(y1) = step(w, h, x) else {
-        w.ports = ports;
-        if refine {
-            hold(sys, newton, w, (t, x), h, &tol.at_least(1e-6), &stays);
-        }
-        return false;
-    };
-    let y2 = if refine { step(w, 2.0 * h, &y1) } else { None };
-    if let Some(y2) = y2 {
-        // of nodes that capacitors tie together the differences are states, what they have in common is not
-        let floats = |i: usize| sys.sums.iter().any(|s| s.node == i || s.root == i);
-        for i in 0..sys.n {
-            if !sys.differential[i] || floats(i) {
-                x[i] = 2.0 * y1[i] - y2[i];
-            }
-        }
-    } else {
-        for i in 0..sys.n {
-            if !(sys.differential[i] && sys.unknowns[i].kind.mechanical() && refine) {
-                x[i] = y1[i];
-            }
-        }
-    }
-    if refine {
-        hold(sys, newton, w, (t, x), STILL * h, tol, &stays);
-    }
-    true
-}
-
-/// Unknowns that stand neither under d/dt nor are given, as index 1, by the rows without it: a maximum matching of these rows
-/// leaves them over, or could (the underdetermined part of Dulmage and Mendelsohn's decomposition). They are multipliers,
-/// derivatives, the current of a capacitor across a source, and what follows from them; the current that a motor of
-/// no inductance takes, r i = v - k omega, is none.
-pub fn undetermined(sys: &System) -> Vec<bool> {
-    // what nodes that capacitors tie together have in common is no state: their root stands for it, in every row that reads one of them
-    let tied: Vec<(usize, usize)> = sys.sums.iter().filter(|s| s.tied).map(|s| (s.node, s.root)).collect();
-    let algebraic = |k: usize| !sys.differential[k] || tied.iter().any(|&(_, root)| root == k);
-    let mut columns: Vec<Vec<usize>> = (0..sys.n).map(|k| sys.pattern.column(k).to_vec()).collect();
-    for &(node, root) in &tied {
-        let more = columns[node].clone();
-        columns[root].extend(more);
-    }
-    let mut reads = vec![Vec::new(); sys.n];
-    for k in (0..sys.n).filter(|&k| algebraic(k)) {
-        for &r in columns[k].iter().filter(|&&r| !sys.has_q[r]) {
-            if !reads[r].contains(&k) {
-                reads[r].push(k);
-            }
-        }
-    }
-    let (mut by, mut of) = (vec![None; sys.n], vec![None; sys.n]);
-    for r in (0..sys.n).filter(|r| reads[*r].contains(r)) {
-        (by[r], of[r]) = (Some(r), Some(r));
-    }
-    for r in 0..sys.n {
-        if of[r].is_none() && !reads[r].is_empty() {
-            augment(r, &|r| reads[r].clone(), &mut by, &mut of);
-        }
-    }
-    // (the effort of a law is one while its flow is 0, whatever its row reads in its other modes)
-    let laws = sys.laws.list.iter().map(|law| law.row);
-    let mut left: Vec<usize> = (0..sys.n).filter(|&k| algebraic(k) && by[k].is_none()).chain(laws).collect();
-    let mut found = vec![false; sys.n];
-    while let Some(k) = left.pop() {
-        if !std::mem::replace(&mut found[k], true) {
-            left.extend(columns[k].iter().filter_map(|&r| of[r]));
-        }
-    }
-    found
-}
-
-/// What a point holds while its algebraic equations are solved.
-pub struct Stays<'a> {
-    /// follows from changes of what is stored, and stays
-    pub lags: &'a [bool],
-    /// has what a source has, whatever is stored there
-    pub given: &'a [bool],
-    /// is the point near enough for the slopes there to be taken away from the first step?
-    pub near: bool,
-}
-
-/// Algebraic unknowns that satisfy their rows at (t, x) with what is stored as it is: over a length of h the fastest may move, and
-/// what was extrapolated from there does not fit the state at t. So the slopes at t are taken away, and what they are is known the better
-/// the better the algebraic unknowns are: again and again, over shorter lengths, while states move by less each time (10 nH behind
-/// 10 kohm are there within 1 ps). Gives by how many tolerances they would still have moved.
-pub fn hold(
-    sys: &System,
-    newton: &mut Newton,
-    w: &mut Work,
-    (t, x): (f64, &mut [f64]),
-    h: f64,
-    tol: &Tolerances,
-    stays: &Stays,
-) -> f64 {
-    let (mut h, mut left) = (h, f64::INFINITY);
-    // what stays may be far up an exponential, and slopes there say nothing
-    let passes = if sys.exponentials() > 0 && !stays.near { 1 } else { SHORTER };
-    for pass in 0..passes {
-        let ports = w.ports.clone();
-        sys.eval(w, x, t);
-        let slope = |i: usize| if stays.near || pass > 0 { w.f[i] } else { 0.0 };
-        let r: Vec<f64> = (0..sys.n).map(|i| if sys.has_q[i] { -(w.q[i] / h + slope(i)) } else { 0.0 }).collect();
-        newton.forget();
-        let mut y = x.to_vec();
-        let solved = newton.solve(sys, w, 1.0 / h, &r, &mut y, t, tol, 100).is_ok();
-        let moved: Vec<f64> = (0..sys.n).map(|i| if stays.given[i] { 0.0 } else { y[i] - x[i] }).collect();
-        let now = if solved { tol.largest_error(&moved, &y, x) } else { f64::INFINITY };
-        // beyond that there is rounding, and what no length changes
-        if now >= left {
-            w.ports = ports;
-            break;
-        }
-        let solved_for = |i: &usize| stays.given[*i] || !sys.differential[*i] && !stays.lags[*i];
-        (0..sys.n).filter(solved_for).for_each(|i| x[i] = y[i]);
-        left = now;
-        if left <= 1.0 && (pass > 0 || !stays.near) {
-            break;
-        }
-        h *= 0.01;
-    }
-    left
-}
-
-/// UIC: the charges and fluxes that x, `.ic` and `IC=` give, then values that fit them.
-pub fn initial_conditions(
-    sys: &System,
-    w: &mut Work,
-    x: &mut [f64],
-    tstep: f64,
-    tol: &Tolerances,
-) -> Result<(), Failure> {
-    for f in sys.forces.iter().filter(|f| !f.release) {
-        x[f.row] = f.value;
-    }
-    // a junction behind a series resistance has the voltage of the terminals, as in ngspice
-    for (inner, outer) in sys.tied_inside() {
-        if !sys.forces.iter().any(|f| !f.release && f.row == inner) {
-            x[inner] = usize::try_from(outer).map_or(0.0, |k| x[k]);
-        }
-    }
-    // what a source's current decides is not known yet: it stays as its card says
-    let unknown = |i: usize| sys.unknowns[i].kind == Kind::Branch && !sys.differential[i];
-    let known: Vec<f64> = x.iter().enumerate().map(|(i, &v)| if unknown(i) { f64::NAN } else { v }).collect();
-    sys.update_flags(w, &known, 0.0);
-    sys.eval(w, x, 0.0);
-    let mut q0 = w.q.clone();
-    for &(row, dq) in &sys.ic_charge {
-        q0[row] += dq;
-    }
-    // the shorter, the nearer to t = 0; but what two floating capacitors have in common is known to eps V RC/h only
-    let (flags, start) = (w.held(), x.to_vec());
-    let mut found = fit_charges(sys, w, x, &q0, 1e-9 * tstep, tol);
-    for h in [1e-8 * tstep, 1e-7 * tstep, 1e-6 * tstep] {
-        if !matches!(found, Ok(Rounding::Shows)) {
-            break;
-        }
-        let (kept, mut longer) = (w.held(), start.clone());
-        w.restore_flags(&flags);
-        let Ok(rounding) = fit_charges(sys, w, &mut longer, &q0, h, tol) else {
-            w.restore(&kept);
-            break;
-        };
-        x.copy_from_slice(&longer);
-        found = Ok(rounding);
-    }
-    // where it is all that Newton's method sees, no more is asked (their charges are what counts)
-    let modest = tol.at_least(1e-6);
-    for h in [1e-7 * tstep, 1e-5 * tstep] {
-        if found.is_ok() {
-            break;
-        }
-        w.restore_flags(&flags);
-        found = fit_charges(sys, w, x, &q0, h, &modest);
-    }
-    found.map(|_| ())
-}
-
-/// Is the rounding of charges within the tolerances?
-enum Rounding {
-    Shows,
-    Hides,
-}
-
-/// x at t = 0 that has the charges q0, by implicit Euler steps of h and 2 h from them.
-fn fit_charges(
-    sys: &System,
-    w: &mut Work,
-    x: &mut [f64],
-    q0: &[f64],
-    h: f64,
-    tol: &Tolerances,
-) -> Result<Rounding, Failure> {
-    for round in 0..20 {
-        let mut newton = Newton::new(sys)?;
-        let r: Vec<f64> = q0.iter().map(|q| -q / h).collect();
-        let mut y = x.to_vec();
-        newton.solve(sys, w, 1.0 / h, &r, &mut y, h, tol, 100).map_err(|why| match why {
-            Failure::NotFinite { unknown } => {
-                Failure::NotFinite { unknown: newton.whence(sys, w, (0.0, x, q0), (h, h), tol).unwrap_or(unknown) }
-            }
-            why => why,
-        })?;
-        let flipped = sys.update_flags(w, &y, 0.0);
-        if !flipped || round == 19 {
-            // y belongs to t = h; with a second one from twice the step, the values at t = 0 to O(h^2)
-            let noise = newton.round(sys, w, 1.0 / h, &y);
-            let shows = (0..sys.n).any(|i| tol.in_norm[i] && noise[i].abs() > 0.1 * tol.weight(i, y[i], y[i]));
-            let twice: Vec<f64> = q0.iter().map(|q| -q / (2.0 * h)).collect();
-            let (mut z, ports) = (y.clone(), w.ports.clone());
-            let ok = newton.solve(sys, w, 0.5 / h, &twice, &mut z, 2.0 * h, tol, 100).is_ok();
-            w.ports = ports;
-            for i in 0..sys.n {
-                x[i] = if ok && sys.differential[i] { 2.0 * y[i] - z[i] } else { y[i] };
-            }
-            return Ok(if shows { Rounding::Shows } else { Rounding::Hides });
-        }
-    }
-    Ok(Rounding::Hides)
-}

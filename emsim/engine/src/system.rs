@@ -9,7 +9,7 @@ use crate::edges::{affine, EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
 use crate::islands::sum_pairs;
 use crate::logic::{Live, Logic};
-pub use crate::model::{FlagSpec, Force, Kind, Model, Response, Unknown};
+pub use crate::model::{FlagSpec, Force, Free, Kind, Model, Response, Unknown};
 use crate::passive::is_passive;
 use crate::reduced::Reduced;
 use crate::sparse::{reciprocal, Once, Pattern, Rows, Singular, Stamp, Symbolic};
@@ -28,6 +28,7 @@ mod apart;
 mod bends;
 pub mod delays;
 mod devices;
+mod follow;
 pub mod foreseen;
 mod guests;
 mod laws;
@@ -42,6 +43,7 @@ mod together;
 
 use self::bends::{Bend, Gate};
 pub use self::devices::{Devices, Instance};
+use self::follow::Follow;
 use self::foreseen::Foreseen;
 pub use self::laws::{Laws, Reading};
 use self::linear::Linear;
@@ -67,6 +69,7 @@ pub struct System {
     pub forces: Vec<Force>,
     pub starting_currents: Vec<(usize, f64)>,
     pub ic_charge: Vec<(usize, f64)>,
+    pub given: Vec<(usize, f64)>,
     pub pattern: Pattern,
     g_rows: Rows, // constant contributions to F = G x, Q = C x
     c_rows: Rows,
@@ -85,6 +88,8 @@ pub struct System {
     g_slots: Vec<usize>, // place on the pattern of each such entry
     c_slots: Vec<usize>,
     pub foreseen: Foreseen,
+    /// the highest frequency at which sources swing that can move a condition which is found by stepping
+    pub swing: f64,
     roots: Tape, // up and down of every flag
     /// unknowns that conditions and kinks hang on
     pub conditions_read: Vec<usize>,
@@ -155,7 +160,13 @@ pub struct Work {
     linear: Linear,
     lines: Vec<f64>, // devices as straight lines, see `devices::Layout`
     pub limited: bool,
+    /// devices that are off at the start carry nothing
+    pub without_off: bool,
     where_finite: bool, // what expressions give that is not finite is left out
+    /// a rest that does not stay: an operating point, or the end of a run
+    pub unstable: Option<Unstable>,
+    /// a run begins where this condition, as it is held, is not what it says: there is no operating point (op.rs)
+    pub substitute: Option<(usize, bool)>,
     /// of the operating point that was found last: the node that only gmin holds
     pub hanging: Option<Hanging>,
     pub counters: Counters,
@@ -238,6 +249,15 @@ pub struct Hanging {
     pub unknown: usize,
     pub volts: f64,
     pub amperes: f64,
+}
+
+/// A rest that the least disturbance leads away from (op/unstable.rs).
+#[derive(Clone, Copy, Debug)]
+pub struct Unstable {
+    /// the node that moves most
+    pub unknown: usize,
+    /// Re and Im of s [1/s]; 0 where nothing is stored
+    pub s: (f64, f64),
 }
 
 #[derive(Clone, Copy, Default, Debug)]
@@ -344,8 +364,12 @@ impl System {
                 linear[at(r, c)] = v;
             }
         }
-        let (edges, [moved, conditions]) = Edges::find(&model, g, &g_sum, &c_sum);
-        let foreseen = Foreseen::find(g, &moved, &conditions, &model.waves, |e| affine(g, e, &model.waves));
+        let follow = Follow::new(&model, g, &g_sum, &c_sum);
+        let wanted = Edges::reads(&model, g).into_iter().chain(follow.fixed(&model));
+        let follows = follow.expressions(&model, g, wanted);
+        let (edges, [moved, conditions]) = Edges::find(&model, g, [&g_sum, &c_sum], &follows, follow.fixed(&model));
+        let foreseen = Foreseen::find(g, &moved, &model.waves, |e| affine(g, e, &model.waves));
+        let swing = follow.swing(&model, g, &conditions);
         let f_rows: Vec<usize> = model.f.keys().copied().collect();
         let q_rows: Vec<usize> = model.q.keys().copied().collect();
         let mut outs: Vec<Id> = model.f.values().chain(model.q.values()).copied().collect();
@@ -399,7 +423,7 @@ impl System {
             }
         }
         let laws = Laws::new(g, model.laws);
-        let devices = Devices::new(model.classes, &pattern);
+        let devices = Devices::new(model.classes, &model.off, &pattern);
         if !loose.is_empty() {
             // where this number is 0, the least current is as good as any; where it is not, nothing solves it
             let (mut f, mut q) = (vec![0.0; n], vec![0.0; n]);
@@ -471,6 +495,7 @@ impl System {
             forces: model.forces,
             starting_currents: model.starting_currents,
             ic_charge: model.ic_charge,
+            given: model.given,
             phases: phases::phases(g, &model.f.values().chain(model.q.values()).copied().collect::<Vec<_>>()),
             rows: [&model.f, &model.q].map(|rows| rows.iter().map(|(&row, &id)| (row, id)).collect()),
             exponential,
@@ -508,6 +533,7 @@ impl System {
             sizes,
             edges,
             foreseen,
+            swing,
             bent: Vec::new(),
             gates: Vec::new(),
             devices,
@@ -552,7 +578,10 @@ impl System {
             ports: self.devices.start(),
             lines: self.devices.lines(),
             limited: false,
+            without_off: false,
             where_finite: false,
+            substitute: None,
+            unstable: None,
             hanging: None,
             counters: Counters::default(),
         };

@@ -22,6 +22,7 @@
 //! k = floor(s / per), so that the millionth pulse is as exact as the first. Rounding of t itself cannot be avoided; a time
 //! within a few units in the last place of a corner counts as the corner, so that the value there is the corner's own.
 
+pub mod bounds;
 mod rate;
 
 use crate::tape::sin_cos;

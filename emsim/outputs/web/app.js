@@ -152,7 +152,13 @@ async function show(run) {
   }
   energySheet(run, clock);
   clock.set(clock.t);
-  if (playing) clock.play(true);
+  if (playing || (!old && opensPlaying(run))) clock.play(true);
+}
+
+// A page by itself begins to play where there is something to be seen moving, unless its reader wants no motion.
+function opensPlaying(run) {
+  const moves = run.scene || (run.circuit && !run.circuit.refused), whole = ours() && window.top === window && !document.hidden;
+  return Boolean(moves && whole && run.axisName === "time" && !matchMedia("(prefers-reduced-motion: reduce)").matches);
 }
 
 // Several analyses of a deck: each is a run of its own with the sheets of all.
@@ -343,7 +349,7 @@ function computed(run, text) {
     if (run.complexNames.has(name)) throw new Error(`${name} is complex: db(), ph(), mag(), re() or im() of it is a signal`);
     return run.columns.find((c) => c.name.replace(/\s/g, "") === name)?.values;
   }, { x: run.over ? run.columns.find((c) => c.name === run.over).values : run.time, starts: [0, ...run.blocks] });
-  return { name: text, unit: "", computed: true, values: Float32Array.from({ length: run.rows }, (_, k) => f(k)) };
+  return { name: text, unit: "", computed: true, values: Float64Array.from({ length: run.rows }, (_, k) => f(k)) };
 }
 
 // A sheet's HTML may travel deflated.

@@ -83,6 +83,7 @@ class Circuit {
   polar(f) { return this.circuit.complex ? [Math.hypot(f(0), f(1)), Math.atan2(f(1), f(0))] : [f(0), 0]; }
   // into a pin of a part; NaN where nobody knows it
   terms(part, pin) {
+    if (!part.pins[pin]) return undefined; // a box of its own
     const { currents, uses } = this.circuit, [name, terminal] = part.sources[pin];
     if (!uses[part.name] || part.kind === "transformer") return currents[name]?.[terminal];
     const net = part.pins[pin][2], last = part.pins.map((p) => p[2]).lastIndexOf(net);

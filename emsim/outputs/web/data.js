@@ -108,7 +108,8 @@ function offScale(values) {
 function partsOf(name, unit, re, im) {
   const made = (fn, unit, f) => ({ name: `${fn}(${name})`, unit, values: re.map((x, k) => f(x, im[k])) });
   return [
-    made("db", "dB", (x, y) => 20 * Math.log10(Math.hypot(x, y))), made("ph", "rad", (x, y) => Math.atan2(y, x)),
+    // decibels of volts and of amperes have nothing to do with each other
+    { ...made("db", "dB", (x, y) => 20 * Math.log10(Math.hypot(x, y))), of: unit }, made("ph", "rad", (x, y) => Math.atan2(y, x)),
     made("mag", unit, Math.hypot), made("re", unit, (x) => x), made("im", unit, (x, y) => y),
   ];
 }
@@ -147,33 +148,14 @@ function visible(time, columns, from, to, pixels, log = false) {
   return [axis, ...shown];
 }
 
-// as in decks: roots, logarithms and powers of something negative are those of its size
-const SIGNED = (a, b) => Math.sign(a) * Math.abs(a) ** b;
-const POWER = (a, b) => Math.abs(a) ** b, ROUND = (v) => { const r = Math.round(v); return r - v === 0.5 && r % 2 ? r - 1 : r; };
-const FUNCTIONS = {
-  sqrt: (v) => Math.sqrt(Math.abs(v)), ln: (v) => Math.log(Math.abs(v)), log: (v) => Math.log(Math.abs(v)), log10: (v) => Math.log10(Math.abs(v)),
-  sqr: (v) => v * v, pow: POWER, pwr: SIGNED, pwrs: SIGNED, int: Math.trunc, nint: ROUND, round: ROUND, sgn: Math.sign,
-  arctan: Math.atan, u: (v) => v > 0 ? 1 : v === 0 ? 0.5 : 0, uramp: (v) => Math.max(v, 0), limit: (v, a, b) => Math.min(Math.max(v, Math.min(a, b)), Math.max(a, b)),
-};
-for (const name of "abs exp sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh hypot floor ceil min max".split(" ")) FUNCTIONS[name] = Math[name];
-const DB = (v) => 20 * Math.log10(Math.abs(v)), DEG = (v) => v * 180 / Math.PI, RPM = (v) => v * 30 / Math.PI;
-const FMOD = (a, b) => a % b, SAME = (v) => v, TABLE = (v, ...p) => {
-  if (v <= p[0]) return p[1];
-  for (let k = 2; k < p.length; k += 2) if (v <= p[k]) return p[k] === p[k - 2] ? p[k + 1] : p[k - 1] + (p[k + 1] - p[k - 1]) * (v - p[k - 2]) / (p[k] - p[k - 2]);
-  return p[p.length - 1];
-};
-Object.assign(FUNCTIONS, {
-  db: DB, deg: DEG, rpm: RPM, mag: Math.abs, re: SAME, real: SAME, im: () => 0, imag: () => 0, conj: SAME, ph: () => 0, phase: () => 0,
-  sign: Math.sign, mod: FMOD, fmod: FMOD, stp: (v) => +(v > 0), u2: (v) => Math.min(Math.max(v, 0), 1), table: TABLE, pwl: TABLE,
-  eq0: (v) => +(v === 0), ne0: (v) => +(v !== 0), gt0: (v) => +(v > 0), lt0: (v) => +(v < 0), ge0: (v) => +(v >= 0), le0: (v) => +(v <= 0),
-  gauss: SAME, agauss: SAME, unif: SAME, aunif: SAME,
-});
+// as in decks: a power of something negative is that of its size
+const POWER = (a, b) => Math.abs(a) ** b;
 
 // a number as SPICE writes it: letters behind the scale suffix say nothing
 const SUFFIXES = { t: 1e12, g: 1e9, meg: 1e6, k: 1e3, mil: 25.4e-6, m: 1e-3, u: 1e-6, "\u00b5": 1e-6, "\u03bc": 1e-6, n: 1e-9, p: 1e-12, f: 1e-15, a: 1e-18 };
 const NUMBER = /^((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?)(meg|mil|[tgkmun\u00b5\u03bcpfa])?[a-z]*/;
 
-// what follows a whole course along its axis: (x, y) of its rows -> a value for all of them, or one a row
+// what functions of a whole course are made of: (x, y) of its rows -> a value for all of them, or one a row
 const SUM = (x, f) => { let s = 0; for (let k = 1; k < x.length; k++) s += (x[k] - x[k - 1]) * (f(k) + f(k - 1)) / 2; return s; };
 const MEAN = (x, y) => x.length > 1 && x[x.length - 1] !== x[0] ? SUM(x, (k) => y[k]) / (x[x.length - 1] - x[0]) : y[0];
 const SLOPE = (x, y) => y.map((_, k) => {
@@ -182,15 +164,10 @@ const SLOPE = (x, y) => y.map((_, k) => {
   const h = x[k] - x[a], g = x[b] - x[k], left = (y[k] - y[a]) / h, right = (y[b] - y[k]) / g;
   return (left * g + right * h) / (g + h);
 });
-const WHOLE = {
-  avg: MEAN, mean: MEAN, rms: (x, y) => Math.sqrt(MEAN(x, y.map((v) => v * v))),
-  maximum: (x, y) => y.reduce((a, b) => Math.max(a, b)), minimum: (x, y) => y.reduce((a, b) => Math.min(a, b)),
-  pp: (x, y) => WHOLE.maximum(x, y) - WHOLE.minimum(x, y), ddt: SLOPE, deriv: SLOPE,
-  integ: (x, y) => { let s = 0; return y.map((v, k) => (s += k ? (x[k] - x[k - 1]) * (v + y[k - 1]) / 2 : 0)); },
-  cph: (x, y) => { let turns = 0; return y.map((v, k) => (turns -= k ? Math.round((v - y[k - 1]) / (2 * Math.PI)) : 0) * 2 * Math.PI + v); },
-};
-WHOLE.cphase = WHOLE.cph;
+const INTEGRAL = (x, y) => { let s = 0; return y.map((v, k) => (s += k ? (x[k] - x[k - 1]) * (v + y[k - 1]) / 2 : 0)); };
+const UNWRAPPED = (x, y) => { let turns = 0; return y.map((v, k) => (turns -= k ? Math.round((v - y[k - 1]) / (2 * Math.PI)) : 0) * 2 * Math.PI + v); };
 
+// FUNCTIONS and WHOLE are made of the table in functions.py.
 // "v(out) - 2*i(m1)" -> a function of the row; `column(name)` finds signals. `course`: the axis x of all rows, and the row at
 // which each course of a sweep begins. Throws Error with what is wrong.
 function compileExpression(text, column, course = null) {

@@ -12,6 +12,12 @@ function stretch(time, values, from, to) {
   return { x, y };
 }
 
+// A course without the rows that hold no number or lie off the scale; `left` of them are left out.
+function known({ x, y }) {
+  const kept = x.map((_, k) => k).filter((k) => Number.isFinite(y[k]));
+  return { x: kept.map((k) => x[k]), y: kept.map((k) => y[k]), left: x.length - kept.length };
+}
+
 // Where a course passes a level: [place, upwards].
 function crossings({ x, y }, level) {
   const found = [];
@@ -43,6 +49,7 @@ function peaks({ x, y }) {
 // What the sheet says of a course. Mean and RMS weigh by the axis (trapezia; squares of straight lines exactly).
 function measured(course) {
   const { x, y } = course, span = x[x.length - 1] - x[0];
+  if (!x.length) return { mean: NaN, rms: NaN, low: [NaN, NaN], high: [NaN, NaN], period: null };
   let sum = 0, squares = 0, low = 0, high = 0;
   for (let k = 0; k < y.length; k++) {
     if (y[k] < y[low]) low = k;
@@ -70,9 +77,10 @@ function cursorSheet(run, waves, clock) {
   table.className = "numbers";
   const head = table.createTHead().insertRow();
   for (const word of ["signal", "A", "B", "B \u2212 A", "mean", "RMS", "lowest", "highest", "range", "period", "frequency"]) head.append(Object.assign(document.createElement("th"), { textContent: word, scope: "col" }));
-  const body = table.createTBody();
+  const body = table.createTBody(), gaps = [];
   for (const c of drawn) {
-    const values = waves.inScale(c), course = stretch(run.time, values, from, to), row = body.insertRow(), at = (t) => (t === null ? null : valueAt(run.time, values, t));
+    const values = waves.inScale(c), course = known(stretch(run.time, values, from, to)), row = body.insertRow(), at = (t) => (t === null ? null : valueAt(run.time, waves.scaled(c), t));
+    if (course.left) gaps.push(`${course.left} ${course.left > 1 ? "rows" : "row"} of ${c.name}`);
     const { mean, rms, low, high, period } = measured(course), difference = a === null || b === null ? null : at(b) - at(a);
     const name = Object.assign(document.createElement("th"), { textContent: c.name, scope: "row" });
     const cells = [said(c, at(a)), said(c, at(b)), said(c, difference), said(c, mean), said(c, rms), go(low[0], said(c, low[1])), go(high[0], said(c, high[1])), said(c, high[1] - low[1]),
@@ -80,7 +88,7 @@ function cursorSheet(run, waves, clock) {
     row.append(name);
     for (const cell of cells) row.insertCell().append(cell);
   }
-  const note = Object.assign(document.createElement("p"), { className: "note", textContent: `${both ? "Between A and B" : "Over the range that is drawn"}: ${axis(from)} to ${axis(to)}.` });
+  const note = Object.assign(document.createElement("p"), { className: "note", textContent: `${both ? "Between A and B" : "Over the range that is drawn"}: ${axis(from)} to ${axis(to)}.${gaps.length ? ` Left out, as they hold no number or lie off the scale: ${gaps.join(", ")}.` : ""}` });
   box.replaceChildren(note, table);
   if (!drawn.length) return;
   // where one signal passes a level, and its peaks
@@ -93,7 +101,7 @@ function cursorSheet(run, waves, clock) {
   level.setAttribute("aria-label", "level of the crossings");
   line.append("Peaks of ", of, " and where it passes ", level);
   const fill = () => {
-    const c = drawn.find((c) => c.name === of.value), course = stretch(run.time, waves.inScale(c), from, to), { low, high } = measured(course);
+    const c = drawn.find((c) => c.name === of.value), course = known(stretch(run.time, waves.inScale(c), from, to)), { low, high } = measured(course);
     let value = (low[1] + high[1]) / 2;
     if (level.value.trim()) try { value = compileExpression(level.value, () => null)(0); } catch (error) { return places.replaceChildren(error.message); }
     const found = [["peaks", peaks(course).map(([t, v]) => [t, `${said(c, v)} at ${axis(t)}`])], [`passes ${said(c, value)}`, crossings(course, value).map(([t, up]) => [t, `${up ? "\u2191" : "\u2193"} ${axis(t)}`])]];

@@ -47,7 +47,7 @@ class Waves {
   groups() {
     const found = new Map();
     for (const c of this.inView()) {
-      const unit = this.unit(c), key = this.layout === "signal" ? c.name : unit;
+      const unit = this.unit(c), key = this.layout === "signal" ? c.name : c.of && c.of !== "V" ? `${unit} of ${c.of}` : unit;
       if (!found.has(key)) found.set(key, [key, [unit], []]);
       found.get(key)[2].push(c);
     }
@@ -57,6 +57,7 @@ class Waves {
     const pairs = [];
     for (let k = 0; k < each.length; k += 2) {
       const [first, second] = each.slice(k, k + 2);
+      if (second && first[1][0] === second[1][0]) { pairs.push(first); k--; continue; } // two scales of one unit are read wrong
       pairs.push(second ? [`${first[0]}|${second[0]}`, [...first[1], ...second[1]], [...first[2], ...second[2]]] : first);
     }
     return pairs;
@@ -293,12 +294,8 @@ class Waves {
     }
     ctx.restore();
   }
-  // rounding noise beside the signal's own size is nothing
-  said(c, v) {
-    const { off } = (c.offScale ??= offScale(c.values));
-    const noise = 1e-9 * (c.largest ??= c.values.reduce((m, w, k) => (off[k] ? m : Math.max(m, Math.abs(w))), 0));
-    return written(Math.abs(v) < noise ? 0 : v, this.unit(c));
-  }
+  // a row is told by itself: what other rows hold, a pole among them, rounds nothing
+  said(c, v) { return written(v, this.unit(c)); }
   // values at the clock, at the cursors and between them
   readout() {
     const { time } = this.run, { a, b } = this.marks, t = this.clock.t, near = this.range[1] - this.range[0] < 0.1 * (this.full[1] - this.full[0]);

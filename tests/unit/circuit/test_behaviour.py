@@ -215,7 +215,8 @@ def test_a_load_of_constant_power_has_its_point(behind: str) -> None:
     result = emsim.run(text)
     exact = 6 + np.sqrt(36 - 1)
     assert np.abs(result["v(b)"] - exact).max() < 1e-5
-    assert [d.code for d in result.diagnostics] == []
+    # L di/dt = 12 - R i - 10/i grows, with 10/i^2 - R = 14 ohm over 10 uH: the run stays at a rest that is none
+    assert [d.code for d in result.diagnostics] == (["N403"] if "L1" in behind else [])
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 
 from emsim.cards import CARDS
 from emsim.cli import main
-from emsim.elements import TABLE
+from emsim.elements import LETTERS
 
 SERVO = str(Path(__file__).resolve().parents[3] / "netlists/coupled/pendulum_servo.cir")
 DECK = """a divider, twice
@@ -138,7 +138,9 @@ def test_the_line_of_a_wrong_deck_is_shown_before_what_is_wrong(capsys, tmp_path
     assert "error[E307]" in err
 
 
-@pytest.mark.parametrize("word", [*CARDS, *TABLE, "X", "motor", "r", ".tran", ".GRAVITY"])
+@pytest.mark.parametrize(
+    "word", [*CARDS, *(letter.upper() for letter in LETTERS), "motor", "r", ".tran", ".GRAVITY"]
+)
 def test_every_card_word_has_a_reference(capsys, word):
     text = said(capsys, word)
     assert text.startswith(word.lower() if word[0] == "." else word.upper())

@@ -13,7 +13,7 @@ from emsim.cards import CARDS
 from emsim.cards.base import PROBES as CARD_PROBES
 from emsim.cli import VERBS, main
 from emsim.editor import meanings
-from emsim.elements import ELEMENTS
+from emsim.elements import LETTERS
 
 
 def told(capsys, *args: str) -> str:
@@ -32,13 +32,13 @@ def test_every_known_word_is_told(capsys):
     "words",
     [
         list(CARDS),
-        [kind.letter for kind in ELEMENTS],
+        [kind.letter for kind in LETTERS.values()],
         [word for word in RULES if word != "dc"],
         list(FUNCTIONS),
         [*options.NUMBERS, *options.TEMPERATURES, "method", "formulation"],
         [*options.METHODS, *options.SPECIAL],
         [*CARD_PROBES],
-        [kind for element in ELEMENTS for kind in element.model_types],
+        [kind for element in LETTERS.values() for kind in element.model_types],
     ],
     ids=["cards", "letters", "waveforms", "functions", "options", "methods", "probes", "models"],
 )

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import os
 import pty
+import select
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -47,6 +47,19 @@ def started(*args, **more):
     """The program as a child that can be interrupted, even where the parent runs in the background."""
     listen = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)  # noqa: E731
     return subprocess.Popen([sys.executable, "-m", "emsim", *args], preexec_fn=listen, **more)
+
+
+def begun(*args):
+    """(process, terminal) of a run that goes on: its line of progress has said so."""
+    terminal, end = pty.openpty()
+    process = started(*args, stdout=subprocess.PIPE, stderr=end, text=True)
+    os.close(end)
+    said = b""
+    while b" steps " not in said:
+        ready, _, _ = select.select([terminal], [], [], 60)
+        assert ready, f"no progress: {said!r}"
+        said += os.read(terminal, 100_000)
+    return process, terminal, said.decode()
 
 
 def everything(terminal):
@@ -182,24 +195,19 @@ def test_no_convergence_keeps_what_was_computed(decks):
 
 
 def test_interrupt_keeps_what_was_computed(decks):
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    process = started("--json", "--tmax", "20n", "long.cir", **pipes)
-    time.sleep(1.5)
+    process, terminal, _ = begun("--json", "--tmax", "20n", "long.cir")
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=20)
-    assert process.returncode == 130 and "Traceback" not in err
+    out, _ = process.communicate(timeout=20)
+    assert process.returncode == 130 and "Traceback" not in everything(terminal)
     assert json.loads(out)["status"] == "interrupted"
     assert raw.read(str(decks / "long.raw")).time[-1] > 0
 
 
 def test_progress_line_on_a_terminal_only(decks):
-    terminal, end = pty.openpty()
-    process = started("--no-files", "--tmax", "20n", "long.cir", stdout=subprocess.PIPE, stderr=end)
-    time.sleep(2.5)
+    process, terminal, said = begun("--no-files", "--tmax", "20n", "long.cir")
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=20)
-    os.close(end)
-    said = everything(terminal)
+    said += everything(terminal)
     assert "s/10s  step " in said and " steps  ETA " in said and "events 0" in said
     # wiped before the summary
     assert said.rsplit("\r", 3)[1].strip() == "" or "\r" + " " * 20 in said
@@ -242,11 +250,10 @@ def test_help_of_every_verb():
 
 def test_an_interrupted_run_prints_only_its_last_rows(decks):
     (decks / "long.cir").write_text(LONG.replace(".end", ".print tran v(out)\n.end"))
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    process = started("--no-files", "--tmax", "20n", "long.cir", **pipes)
-    time.sleep(1.5)
+    process, terminal, _ = begun("--no-files", "--tmax", "20n", "long.cir")
     process.send_signal(signal.SIGINT)
     out, _ = process.communicate(timeout=20)
+    everything(terminal)
     rows = [line for line in out.splitlines() if line[:1].isdigit()]
     assert process.returncode == 130 and len(rows) == 20 and "rows before these" in out
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import ROOT
 
+from emsim._engine import methods
 from emsim.assemble.behaviour import FUNCTIONS, MECHANICAL
-from emsim.assemble.options import NUMBERS
+from emsim.assemble.options import OPTIONS
 from emsim.assemble.outputs import UNITS
 from emsim.cards import CARDS
 from emsim.cards.joints import WORDS as JOINT_WORDS
@@ -18,10 +21,11 @@ from emsim.editor.complete import complete
 from emsim.editor.document import Document
 from emsim.editor.hover import card_text, definition, element_text, hover
 from emsim.editor.place import Place
-from emsim.elements import TABLE
+from emsim.elements import LETTERS
 from emsim.source import decode
 from emsim.syntax import trees
 
+PACKAGE = ROOT / "emsim"
 DECKS = sorted([*(ROOT / "netlists").rglob("*.cir"), *(ROOT / "tests" / "decks" / "bad").glob("*.cir")])
 
 
@@ -39,9 +43,20 @@ def test_every_function_of_expressions_is_explained():
         assert form.startswith(f"{name}(")
 
 
-def test_options_are_those_that_are_read():
-    assert set(NUMBERS) <= set(words.OPTIONS)
-    assert set(words.OPTIONS) - set(NUMBERS) == {"dialect", "method", "formulation", "seed", "temp", "tnom"}
+@pytest.mark.parametrize("option", OPTIONS.values(), ids=OPTIONS)
+def test_options_are_those_that_are_read(option):
+    if not option.reader:
+        assert option.what.startswith("accepted")
+        return
+    text = (PACKAGE / option.reader).read_text(encoding="utf-8")
+    assert re.search(rf"[\"']{option.name}[\"']|\b{option.name}\b", text), (
+        f"{option.reader} reads no {option.name}"
+    )
+
+
+def test_methods_are_those_of_the_engine():
+    assert set(words.METHODS) == {names[0] for names, *_ in methods()}
+    assert all(len(told) == 3 and all(told) for told in words.METHODS.values())
 
 
 @pytest.mark.parametrize("word", words.DOTS)
@@ -63,7 +78,7 @@ def test_the_reference_of_a_card_has_all_its_parameters(word):
         assert f"| `{key}` | {param.unit or '-'} |" in text and param.meaning in text
 
 
-@pytest.mark.parametrize("letter", [*TABLE, "X"])
+@pytest.mark.parametrize("letter", [letter.upper() for letter in LETTERS])
 def test_elements_are_explained(letter):
     assert element_text(letter.lower())
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from emsim import DeckError, pipeline
+from emsim.schematic.back import differences
 from emsim.schematic.picture import Picture, draw, writing
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -134,6 +135,11 @@ def test_every_pin_is_wired_to_its_net_and_to_no_other(picture):
                     reached |= {run[0], run[-1]}
                     grew = True
         assert set(places) <= reached, net
+
+
+def test_it_reads_as_its_deck(picture):
+    """From lines, dots and words alone; what does not is shown as a list (test_drawn_back.py tries the reader)."""
+    assert differences(picture.data, picture.circuit) == []
 
 
 def test_wires_are_upright_or_level_and_cross_rarely(picture):

@@ -1,7 +1,7 @@
 //! Instances of one shape (shape.rs) of a module that was compiled from a text, side by side.
 //!
 //! First port voltages of Newton's method (what a module cannot say): a module with gates (fetlim) starts there at the threshold and
-//! everywhere else at 0 V; any other at the critical voltage of its first junction (pnjlim). An instance that is `off` starts at 0 V.
+//! everywhere else at 0 V; any other at the critical voltage of its first junction (pnjlim).
 use super::class::{across, add, Asked, Class, Facts, Line, Met, Number, Seat, Shape, GAUSS, LANES};
 use super::limits::Limiter;
 use super::shape::{Anonymous, Constants, Key, Program, Wanted};
@@ -137,7 +137,6 @@ impl Compiled {
         name: &str,
         terminals: &[i32],
         (constants, arguments): (Constants, Vec<Vec<f64>>),
-        off: bool,
         unknown: &mut dyn FnMut(Wanted) -> i32,
     ) {
         let program = &*self.program;
@@ -149,7 +148,7 @@ impl Compiled {
         nodes.push(-1); // the reference node
         let rows = program.shape.branches.iter().map(|&(from, to)| [nodes[from], nodes[to], -1, -1]).collect();
         let constants = program.all_constants(&constants);
-        let start = first_voltages(program, &arguments, off);
+        let start = first_voltages(program, &arguments);
         let quiet = |(arguments, &(_, limiter)): (Vec<f64>, &(usize, Limiter))| {
             let quiet = limiter.quiet(&arguments);
             (arguments, quiet)
@@ -369,11 +368,8 @@ impl Compiled {
     }
 }
 
-fn first_voltages(program: &Program, arguments: &[Vec<f64>], off: bool) -> Vec<f64> {
+fn first_voltages(program: &Program, arguments: &[Vec<f64>]) -> Vec<f64> {
     let mut start = vec![0.0; program.ports()];
-    if off {
-        return start;
-    }
     let of = |wanted: Limiter| move |&(_, &(_, limiter)): &(usize, &(usize, Limiter))| limiter == wanted;
     let limited = || program.limited.iter().enumerate();
     let gates: Vec<_> = limited().filter(of(Limiter::Gate)).collect();
@@ -615,7 +611,7 @@ pub fn seat(
     name: &str,
     terminals: &[i32],
     folded: &Folded,
-    (m, off): (f64, bool),
+    m: f64,
     unknown: &mut dyn FnMut(Wanted) -> i32,
 ) -> Result<(), String> {
     if terminals.len() != folded.terminals {
@@ -624,12 +620,12 @@ pub fn seat(
     let mut of = Anonymous::of(module, folded, m)?;
     let own = (std::mem::take(&mut of.constants), std::mem::take(&mut of.arguments));
     if let Some(class) = classes.iter_mut().filter_map(|c| c.compiled()).find(|c| c.is_of(&of.key)) {
-        class.join(name, terminals, own, off, unknown);
+        class.join(name, terminals, own, unknown);
         return Ok(());
     }
     of.constants.clone_from(&own.0); // (how many there are)
     let mut class = Compiled::new(of);
-    class.join(name, terminals, own, off, unknown);
+    class.join(name, terminals, own, unknown);
     classes.push(Box::new(class));
     Ok(())
 }

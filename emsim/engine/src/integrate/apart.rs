@@ -242,6 +242,7 @@ struct Done {
     outcome: Outcome,
     counters: Counters,
     hanging: Option<Hanging>,
+    substitute: Option<(usize, bool)>,
     flags: Vec<f64>,
 }
 
@@ -288,7 +289,7 @@ pub fn run(
         };
         let outcome = driver::lead(sys, &mut w, a, o, &mut own, &mut goes_on);
         place.whole = outcome.status == Status::Ok;
-        Done { outcome, counters: w.counters, hanging: w.hanging, flags: w.flags }
+        Done { outcome, counters: w.counters, hanging: w.hanging, substitute: w.substitute, flags: w.flags }
     };
     let lead = &lead;
     let done: Vec<Done> = std::thread::scope(|scope| {
@@ -364,6 +365,7 @@ fn together(sys: &System, w: &mut Work, parts: &[Part], done: Vec<Done>) -> Outc
         if let Some(hanging) = done.hanging.filter(|_| w.hanging.is_none()) {
             w.hanging = Some(Hanging { unknown: part.of[hanging.unknown], ..hanging });
         }
+        w.substitute = w.substitute.or(done.substitute);
         part.flags.iter().for_each(|&k| w.flags[k] = done.flags[k]);
         match own.status {
             Status::Failed if whole.status != Status::Failed => {

@@ -117,6 +117,7 @@ pub(super) struct Run<'a, S: Sink> {
     pub x: Vec<f64>,
     before: Vec<f64>, // x where the last step began
     first: bool,      // the next step is the first behind a restart
+    peak: f64,        // where a step was last asked to end
     t: f64,
     late: f64,  // what rounding has taken from t
     stop: f64,  // the next corner or edge
@@ -312,6 +313,7 @@ impl<'a, S: Sink> Run<'a, S> {
             outcome: Outcome::new(),
             before: x.clone(),
             first: true,
+            peak: f64::NAN,
             x,
             t: a.from,
             late: 0.0,
@@ -421,6 +423,7 @@ impl<'a, S: Sink> Run<'a, S> {
             None => (0.01 * feature).min(1e-3 * span),
         };
         let (fixed, known) = (self.o.fixed_step.is_some(), sys.delays.shortest());
+        let followed = memory::followed(sys);
         let h = match self.next.h {
             Some(h) => h,
             None if fixed => first,
@@ -440,17 +443,18 @@ impl<'a, S: Sink> Run<'a, S> {
             // how far may this step go
             let t = self.t;
             let left = (self.stop - t) - self.late;
-            let mut step = s.h.min(if fixed { s.h } else { memory::bound(&a, t, tmax).min(known) });
+            let mut step = s.h.min(if fixed { s.h } else { memory::bound(&a, t, tmax).min(known).min(followed) });
             if let Some(ahead) = self.ahead.as_ref().filter(|_| !fixed) {
                 step = step.min(ahead.limit(t));
             }
-            let mut lands = step >= left * (1.0 - 1e-9);
+            let smallest = (16.0 * f64::EPSILON * t).max(1e-18 * a.tstop);
+            // (nothing is solved in less than the smallest step: what is nearer is where the step ends)
+            let mut lands = step.max(smallest) >= left * (1.0 - 1e-9);
             if lands {
                 step = self.memory.recurring(left, 8.0 * f64::EPSILON * self.stop);
             } else if step > 0.5 * left && !fixed {
                 step = 0.5 * left; // two equal steps instead of a long and a tiny one
             }
-            let smallest = (16.0 * f64::EPSILON * t).max(1e-18 * a.tstop);
             let asked = self.grid.after(t);
             // a row that is asked for at a corner stands at the end of the step onto it
             if s.coarse && t + step > asked && asked < self.stop - 1e-9 * a.tstep {
@@ -599,11 +603,11 @@ impl<'a, S: Sink> Run<'a, S> {
     }
 
     /// The earliest event in the attempted step, which ends at t1.
-    fn locate(&mut self, method: &dyn Method, t1: f64) -> Option<Located> {
+    fn locate(&mut self, method: &dyn Method, t1: f64, peaks: bool) -> Option<Located> {
         let (sys, t, end) = (self.sys, self.t, method.candidate());
         let inside = |t: f64, out: &mut [f64]| method.dense(t, out);
         let turn = sys.turning.iter().map(|p| (p.at(t1, end) - p.at(t, &self.x)).abs()).fold(0.0, f64::max);
-        let candidate = Candidate { end, dense: &inside, long: self.dense, turn, reltol: self.tol.reltol };
+        let candidate = Candidate { end, dense: &inside, long: self.dense, turn, reltol: self.tol.reltol, peaks };
         self.detector.locate(sys, self.w, &candidate, t, t1, &mut self.scratch)
     }
 
@@ -621,7 +625,19 @@ impl<'a, S: Sink> Run<'a, S> {
         tick: &mut Tick,
     ) -> Event {
         let (sys, t) = (self.sys, self.t);
-        let Some(Located { mut at }) = self.locate(method, t1) else { return Event::None };
+        // a step that ends at a peak is as long as it is to be
+        let ends_there = (t1 - self.peak).abs() <= 1e-9 * step;
+        let asks = !ends_there && self.o.fixed_step.is_none();
+        let found = match self.locate(method, t1, asks) {
+            Some(Located::Peak(at)) if at - t > smallest => {
+                self.w.counters.rejected += 1;
+                self.peak = at;
+                return Event::Refused(at - t);
+            }
+            Some(Located::Peak(_)) => self.locate(method, t1, false),
+            found => found,
+        };
+        let Some(Located::Turn(mut at)) = found else { return Event::None };
         if at < t1 && at - t > smallest {
             // step onto the event: the same step, shorter, until its end says that it is there
             let mut again = method.attempt(sys, self.w, at - t, &self.tol);
@@ -633,8 +649,8 @@ impl<'a, S: Sink> Run<'a, S> {
                 let near = (LATE * self.tol.reltol * (at - t)).max(least);
                 let Some(due) = self.detector.due(sys, self.w, method.candidate(), at) else {
                     // the shorter step knows better where that was
-                    match self.locate(method, at) {
-                        Some(Located { at: first }) if first < at - near && first - t > smallest => at = first,
+                    match self.locate(method, at, false) {
+                        Some(Located::Turn(first)) if first < at - near && first - t > smallest => at = first,
                         _ => break,
                     }
                     again = method.attempt(sys, self.w, at - t, &self.tol);
@@ -657,7 +673,7 @@ impl<'a, S: Sink> Run<'a, S> {
         }
         // an event at the very start of the step: nothing has moved yet, the candidate belongs to t1
         let at_once = at < t1 && at - t <= smallest;
-        let te = if at_once { t + smallest } else { at.min(t1) };
+        let te = if at_once { t + smallest } else { at }.min(t1);
         *failures = 0;
         self.late = 0.0;
         self.t = te;
@@ -681,7 +697,7 @@ impl<'a, S: Sink> Run<'a, S> {
         }
         self.w.counters.events += 1;
         self.turn_laws(step);
-        if let Some(k) = self.detector.flipped(sys, te, self.a.tstop) {
+        if let Some(k) = self.detector.flipped(sys, self.w, te, self.a.tstop) {
             if !self.outcome.resting.contains(&k) {
                 self.outcome.resting.push(k);
             }

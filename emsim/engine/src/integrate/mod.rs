@@ -182,36 +182,50 @@ pub struct Used {
     pub why: String,
 }
 
-/// The methods, by the names that `.options method=` understands: who makes one. To add one: a file here, and its line.
+/// Who makes a method, and what help tells of it: order, kind, what it is for.
 type Maker = for<'a> fn(&'a System, &Options) -> Result<Box<dyn Method + 'a>, Failure>;
-const REGISTRY: &[(&[&str], Maker)] = &[
-    (&["auto"], |sys, o| Ok(Box::new(auto::Auto::new(sys, o)?))),
-    (&["trap", "trapezoidal"], |sys, o| Ok(Box::new(trap::Trap::new(sys, o)?))),
-    (&["gear", "bdf"], |sys, o| Ok(Box::new(gear::Gear::new(sys, o)?))),
-    (&["trbdf2"], |sys, o| Ok(Box::new(dirk::trbdf2(sys, o)?))),
-    (&["esdirk"], |sys, o| Ok(Box::new(dirk::esdirk(sys, o)?))),
-    (&["radau"], |sys, o| Ok(Box::new(radau::Radau::new(sys, o, "radau")?))),
-    (&["radau5"], |sys, o| Ok(Box::new(radau::Radau::new(sys, o, "radau5")?))),
-    (&["radau9"], |sys, o| Ok(Box::new(radau::Radau::new(sys, o, "radau9")?))),
-    (&["radau13"], |sys, o| Ok(Box::new(radau::Radau::new(sys, o, "radau13")?))),
-    (&["gauss", "gauss4", "gauss6"], |sys, o| Ok(Box::new(gauss::Gauss::new(sys, o)?))),
-    (&["rk45"], |sys, o| Ok(Box::new(explicit::Explicit::new(sys, o, &explicit::RK45)?))),
-    (&["dop853"], |sys, o| Ok(Box::new(explicit::Explicit::new(sys, o, &explicit::DOP853)?))),
+type Told = [&'static str; 3];
+/// The methods by their names, the first of them its own. To add one: a file here, and its line.
+#[rustfmt::skip]
+const REGISTRY: &[(&[&str], Told, Maker)] = &[
+    (&["auto"], ["-", "chooses", "the default: explicit where nothing is stiff, implicit otherwise, and changes on the way"],
+     |sys, o| Ok(Box::new(auto::Auto::new(sys, o)?))),
+    (&["trap", "trapezoidal"], ["2", "trapezoidal rule, A-stable, keeps every oscillation and every ringing", "what SPICE does"],
+     |sys, o| Ok(Box::new(trap::Trap::new(sys, o)?))),
+    (&["gear", "bdf"], ["1 to 5", "backward differentiation; damps", "driven nonlinear circuits; maxord=2 is SPICE's other method"],
+     |sys, o| Ok(Box::new(gear::Gear::new(sys, o)?))),
+    (&["radau"], ["5, 9 or 13", "collocation, L-stable", "accuracy; linear circuits; stiff machines; closed loops"],
+     |sys, o| Ok(Box::new(radau::Radau::new(sys, o, "radau")?))),
+    (&["radau5"], ["5", "radau of one order", "comparisons"], |sys, o| Ok(Box::new(radau::Radau::new(sys, o, "radau5")?))),
+    (&["radau9"], ["9", "radau of one order", "comparisons"], |sys, o| Ok(Box::new(radau::Radau::new(sys, o, "radau9")?))),
+    (&["radau13"], ["13", "radau of one order", "comparisons"], |sys, o| Ok(Box::new(radau::Radau::new(sys, o, "radau13")?))),
+    (&["trbdf2"], ["2", "one step, L-stable", "circuits of diodes at loose tolerances"], |sys, o| Ok(Box::new(dirk::trbdf2(sys, o)?))),
+    (&["esdirk"], ["4", "one step, L-stable", "switches and diodes"], |sys, o| Ok(Box::new(dirk::esdirk(sys, o)?))),
+    (&["gauss"], ["4 or 6", "collocation, symmetric, steps of one length", "energy over 100 000 periods"],
+     |sys, o| Ok(Box::new(gauss::Gauss::new(sys, o)?))),
+    (&["gauss4"], ["4", "gauss of one order", "comparisons"], |sys, o| Ok(Box::new(gauss::Gauss::new(sys, o)?))),
+    (&["gauss6"], ["6", "gauss of one order", "comparisons"], |sys, o| Ok(Box::new(gauss::Gauss::new(sys, o)?))),
+    (&["rk45", "dopri5"], ["5", "explicit", "lossless circuits whose sources have corners, loose tolerances"],
+     |sys, o| Ok(Box::new(explicit::Explicit::new(sys, o, &explicit::RK45)?))),
+    (&["dop853"], ["8", "explicit", "machines that are not stiff, many digits"],
+     |sys, o| Ok(Box::new(explicit::Explicit::new(sys, o, &explicit::DOP853)?))),
 ];
+/// It is no method of one system but two of them: multirate/ runs it.
+const TWO_PACES: (&[&str], Told) = (&["multirate"], ["5 and 4", "two paces", "a slow machine beside a fast circuit"]);
 
 pub fn make<'a>(sys: &'a System, o: &Options, name: &str) -> Result<Box<dyn Method + 'a>, Failure> {
-    let known = REGISTRY.iter().find(|(names, _)| names.contains(&name));
-    let (_, make) = known.ok_or_else(|| Failure::Unfit { why: format!("there is no method `{name}`") })?;
+    let known = REGISTRY.iter().find(|(names, ..)| names.contains(&name));
+    let (.., make) = known.ok_or_else(|| Failure::Unfit { why: format!("there is no method `{name}`") })?;
     make(sys, o)
 }
 
-/// Names that `.options method=` understands.
-pub fn names() -> Vec<&'static str> {
-    REGISTRY.iter().flat_map(|(names, _)| names.iter().copied()).chain(["multirate"]).collect()
+/// Every method: its names, and what help tells of it.
+pub fn methods() -> impl Iterator<Item = (&'static [&'static str], Told)> {
+    REGISTRY.iter().map(|&(names, told, _)| (names, told)).chain([TWO_PACES])
 }
 
 pub fn known(method: &str) -> bool {
-    names().contains(&method)
+    methods().any(|(names, _)| names.contains(&method))
 }
 
 /// Does the run need the equations as an explicit ODE (`System::reduce`)?

@@ -58,7 +58,7 @@ impl<'a> Sweep<'a> {
     /// By Newton's method from the last point, in shorter stretches where the whole way is too far.
     fn follow(&self, w: &mut Work, x: &mut Vec<f64>, values: &[f64]) -> bool {
         let Some(from) = &self.last else { return false };
-        let Ok(mut dc) = Dc::new(self.sys, !self.statics, false, x) else { return false };
+        let Ok(mut dc) = Dc::new(self.sys, !self.statics, false, self.options.reltol, x) else { return false };
         if !dc.pairs.is_empty() {
             return false; // a machine that comes to rest goes downhill, point by point
         }

@@ -533,7 +533,7 @@ impl Builder {
 
     /// An instance of a Verilog-A module between `nodes`, -1 being ground, with its inner unknowns; `connected`: so many terminals stand in
     /// the deck. Returns what the module said, what of it is not carried out, and the longest step that it allows [s].
-    #[pyo3(signature = (modules, module, name, nodes, model, instance, temp_c=27.0, tnom_c=27.0, m=1.0, off=false, connected=usize::MAX))]
+    #[pyo3(signature = (modules, module, name, nodes, model, instance, temp_c=27.0, tnom_c=27.0, m=1.0, connected=usize::MAX))]
     #[allow(clippy::too_many_arguments)]
     fn module(
         &mut self,
@@ -547,20 +547,25 @@ impl Builder {
         temp_c: f64,
         tnom_c: f64,
         m: f64,
-        off: bool,
         connected: usize,
     ) -> PyResult<(Vec<String>, Vec<String>, Option<f64>)> {
         let rows = nodes.into_iter().map(|k| Ok(self.row(k)?.map_or(-1, |k| k as i32)));
         let nodes = rows.collect::<PyResult<Vec<i32>>>()?;
         let given = veriloga::given([model, instance], [temp_c, tnom_c], m, connected)?;
         let folded = veriloga::remembered(modules, py, module, given)?;
-        self.model()?.add_module(module, name, &nodes, &folded, (m, off)).map_err(PyValueError::new_err)?;
+        self.model()?.add_module(module, name, &nodes, &folded, m).map_err(PyValueError::new_err)?;
         let longest = folded.bound_step.and_then(|id| folded.graph.value(id));
         let mut left_out = folded.left_out.clone();
         if folded.bound_step.is_some() && longest.is_none() {
             left_out.push("a $bound_step that voltages decide: steps are not bound by it".into());
         }
         Ok((folded.said.clone(), left_out, longest.filter(|h| *h > 0.0 && h.is_finite())))
+    }
+
+    /// The instance of that name carries no current in the first solution of an operating point.
+    fn off(&mut self, name: &str) -> PyResult<()> {
+        self.model()?.off.push(name.to_string());
+        Ok(())
     }
 
     /// Names, units and meanings of the operating-point values of a module's instance.
@@ -618,6 +623,14 @@ impl Builder {
     }
 
     /// With UIC: charge (or flux linkage) added to row `row` of Q at t = 0.
+    /// A node's voltage at a start with UIC, where capacitors say it.
+    fn given(&mut self, row: i64, volts: f64) -> PyResult<()> {
+        if let Some(row) = self.row(row)? {
+            self.model()?.given.push((row, volts));
+        }
+        Ok(())
+    }
+
     fn ic_charge(&mut self, row: i64, dq: f64) -> PyResult<()> {
         if let Some(row) = self.row(row)? {
             self.model()?.ic_charge.push((row, dq));

@@ -65,8 +65,8 @@ fn digital_parts() -> Vec<(&'static str, &'static str, Vec<Port>, Vec<(&'static 
     specs.map(told).collect()
 }
 
-/// Names of the integrators, as `.options method=` has them.
+/// (names, order, kind, what it is for) of every integrator; `.options method=` has the first name.
 #[pyfunction]
-fn methods() -> Vec<&'static str> {
-    crate::integrate::names()
+fn methods() -> Vec<(Vec<&'static str>, &'static str, &'static str, &'static str)> {
+    crate::integrate::methods().map(|(names, [order, kind, used])| (names.to_vec(), order, kind, used)).collect()
 }

@@ -1,6 +1,7 @@
 use crate::schematic::{arrange, Diagram, Pin, Point, Variant, Wish};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use std::panic::{catch_unwind, AssertUnwindSafe};
 
 type VariantOf = (i32, Vec<[i32; 4]>, Vec<[i32; 4]>);
 
@@ -53,6 +54,8 @@ pub fn arrange_diagram(
         asked.push((wish, a, b, weight));
     }
     let diagram = Diagram { parts, nets, wishes: asked };
-    let drawing = py.detach(|| arrange(&diagram, seed, rounds, moves, polish));
+    // a drawing never takes the run with it that it is a picture of
+    let drawing = py.detach(|| catch_unwind(AssertUnwindSafe(|| arrange(&diagram, seed, rounds, moves, polish))));
+    let drawing = drawing.map_err(|_| PyRuntimeError::new_err("the search for a layout failed"))?;
     Ok((drawing.places, drawing.wires, drawing.failed, drawing.cost))
 }

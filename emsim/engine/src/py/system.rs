@@ -296,6 +296,7 @@ impl System {
             let mut x = op::initial(&sys);
             let failed = op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).err().map(no_point);
             if failed.is_none() {
+                w.unstable = op::unstable(&sys, &mut w, &x, 0.0, &o, &tol);
                 complete(&sys, &mut w, &mut x, &tol, statics);
                 record.push(&sys, &mut w, 0.0, &x);
             }
@@ -307,6 +308,8 @@ impl System {
             record,
             counters: w.counters,
             hanging: hanging(0, &w),
+            substitute: w.substitute,
+            unstable: w.unstable.map(|u| (u.unknown, u.s.0, u.s.1)),
             seconds,
             status,
             failure,
@@ -389,6 +392,8 @@ impl System {
             record,
             counters: w.counters,
             hanging: hung,
+            substitute: None,
+            unstable: None,
             seconds,
             status,
             failure,
@@ -628,6 +633,9 @@ impl System {
                 [] => integrate::run(&sys, &mut w, a, &o, &mut record, &mut tick),
                 parts => integrate::run_apart(&sys, &mut w, parts, a, &o, &mut record, &mut tick),
             };
+            if outcome.status == Status::Ok && outcome.end.len() == sys.n {
+                w.unstable = op::unstable(&sys, &mut w, &outcome.end, outcome.ended, &o, &Tolerances::new(&sys, &o));
+            }
             (outcome, w, record, clock.seconds())
         });
         let mut failure = outcome.failed.as_ref().map(|f| failure_dict(py, &self.inner, f)).transpose()?;
@@ -659,6 +667,8 @@ impl System {
             record,
             counters: w.counters,
             hanging: hanging(0, &w),
+            substitute: w.substitute,
+            unstable: w.unstable.map(|u| (u.unknown, u.s.0, u.s.1)),
             seconds,
             status,
             failure,
@@ -825,6 +835,12 @@ pub struct Waveforms {
     /// (row, unknown, volts, amperes) of the first operating point that hangs on gmin
     #[pyo3(get)]
     hanging: Option<(usize, usize, f64, f64)>,
+    /// a rest that does not stay: the node that moves most, Re and Im of s
+    #[pyo3(get)]
+    unstable: Option<(usize, f64, f64)>,
+    /// the condition that is not what it says where a transient starts, and how it is held: there is no operating point
+    #[pyo3(get)]
+    substitute: Option<(usize, bool)>,
     seconds: f64,
     #[pyo3(get)]
     status: &'static str,

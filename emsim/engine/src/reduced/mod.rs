@@ -22,7 +22,7 @@ mod saddle;
 mod whole;
 
 pub use dense::Columns;
-pub use order::augment;
+pub use order::{augment, strong_components};
 pub use plan::{Layout, Source};
 use quick::Quick;
 use saddle::Saddle;

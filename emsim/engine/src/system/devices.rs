@@ -18,6 +18,7 @@ pub struct Current {
     pub stage: usize, // i + a q
     pub charge: Option<usize>,
     pub rows: [i32; 4],
+    off: bool, // of an instance that is off at the start
 }
 
 /// What a current changes by with a port voltage.
@@ -31,6 +32,7 @@ pub struct Slope {
     pub rows: [i32; 4],       // of the branch
     pub own: bool,            // the port lies along the branch
     slots: Vec<(usize, f64)>, // places in the matrix, with signs
+    off: bool,
 }
 
 /// An instance: its class, and its number there.
@@ -51,6 +53,8 @@ pub struct Devices {
     pub exponentials: usize,
     /// ... and whether all are passive two-poles
     pub passive: bool,
+    /// is one of them off at the start?
+    pub some_off: bool,
     operations: f64,
 }
 
@@ -86,7 +90,8 @@ pub fn places(class: &dyn Class, all: bool) -> Vec<(usize, usize)> {
 }
 
 impl Devices {
-    pub fn new(classes: Vec<Box<dyn Class>>, pattern: &Pattern) -> Devices {
+    /// `off`: names of those that are off at the start.
+    pub fn new(classes: Vec<Box<dyn Class>>, off: &[String], pattern: &Pattern) -> Devices {
         let mut all = Devices { passive: true, ..Devices::default() };
         let (mut lines, mut held) = (0, 0);
         for (n, mut class) in classes.into_iter().enumerate() {
@@ -98,10 +103,12 @@ impl Devices {
                 all.exponentials += usize::from(facts.exponential);
                 all.passive &= facts.passive;
                 all.operations += class.operations(k);
+                let off = off.contains(&seat.name);
+                all.some_off |= off;
                 let place = |number| lines + class.place(k, number);
                 for (j, &rows) in seat.rows.iter().enumerate() {
                     let charge = shape.stores(j).then(|| place(Number::Charge(j)));
-                    all.currents.push(Current { stage: place(Number::StageCurrent(j)), charge, rows });
+                    all.currents.push(Current { stage: place(Number::StageCurrent(j)), charge, rows, off });
                     for (p, &(from, to)) in shape.ports.iter().enumerate() {
                         let link = shape.link(j, p);
                         if !link.current && !link.charge {
@@ -121,6 +128,7 @@ impl Devices {
                             rows,
                             own: shape.own_port(j) == Some(p),
                             slots: signed(rows).flat_map(slot).collect(),
+                            off,
                         });
                     }
                 }
@@ -267,7 +275,9 @@ impl System {
             let look = |known: &[usize], b: usize| {
                 let (from, to) = shape.branches[b];
                 let (near, far) = if known.contains(&from) { (from, to) } else { (to, from) };
-                let inside = known.contains(&near) && !known.contains(&far) && seat.nodes[far] >= 0;
+                // (where there is no resistance an inner node is a terminal)
+                let own_unknown = !seat.nodes[..class.terminals()].contains(&seat.nodes[far]);
+                let inside = known.contains(&near) && !known.contains(&far) && seat.nodes[far] >= 0 && own_unknown;
                 let own = shape.ports.iter().position(|&p| p == (from, to) || p == (to, from));
                 let links = &shape.links[b * shape.ports.len()..][..shape.ports.len()];
                 let resists = own.is_some_and(|p| links[p].current) && !links.iter().any(|l| l.charge);
@@ -304,16 +314,17 @@ impl System {
         met
     }
 
-    /// Adds the straight lines, which were made with a = 0, to w.f, w.q, w.gv and w.cv.
+    /// Adds the straight lines, which were made with a = 0, to w.f, w.q, w.gv and w.cv; where `without_off`, but for those of devices that
+    /// are off at the start.
     pub(super) fn add_lines(&self, w: &mut Work, x: &[f64]) {
-        let Work { f, q, gv, cv, lines, .. } = w;
-        for c in &self.devices.currents {
+        let Work { f, q, gv, cv, lines, without_off, .. } = w;
+        for c in self.devices.currents.iter().filter(|c| !(*without_off && c.off)) {
             add(f, &c.rows, lines[c.stage]);
             if let Some(charge) = c.charge {
                 add(q, &c.rows, lines[charge]);
             }
         }
-        for s in &self.devices.slopes {
+        for s in self.devices.slopes.iter().filter(|s| !(*without_off && s.off)) {
             let c = s.capacitance.map_or(0.0, |k| lines[k]);
             if c != 0.0 {
                 add(q, &s.rows, c * (across(x, s.ports.0, s.ports.1) - lines[s.at]));

@@ -1,5 +1,5 @@
 //! Where a run has to stop: flags and their roots, corners of sources, edges that are known.
-use super::{System, Work};
+use super::{Free, System, Work};
 use crate::conditions::Scale;
 use crate::model::Law;
 use crate::tape::Inputs;
@@ -138,9 +138,16 @@ impl System {
 
     /// Sets every flag as it asks at (x, t), before a run; true when one changed.
     pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+        self.follow_flags(w, x, t, Free::All)
+    }
+
+    /// The same of those that are free.
+    pub fn follow_flags(&self, w: &mut Work, x: &[f64], t: f64, free: Free) -> bool {
         self.remeasure_flags(w, x, t);
-        self.write_memories(w, x, t, |law| law == Law::Memory);
-        let turned = self.flip_asking(w, x, t, false, |_, _, _| true);
+        if free == Free::All {
+            self.write_memories(w, x, t, |law| law == Law::Memory);
+        }
+        let turned = self.flip_asking(w, x, t, false, |k, _, _| free.has(&self.flags[k]));
         self.rest_logic(w) || turned
     }
 
@@ -156,28 +163,32 @@ impl System {
         self.flip_asking(w, x, t, one, |k, operand, size| !self.edges.timed[k] && !slides(k, operand, size))
     }
 
-    /// The same for flags that nothing is said of at the operating point; the others stay as they are.
-    pub fn update_free_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
-        self.remeasure_flags(w, x, t);
-        let turned = self.flip_asking(w, x, t, false, |k, _, _| self.flags[k].rest < 0);
-        self.rest_logic(w) || turned
-    }
-
-    /// Does any condition ask to turn at (x, t)?
-    pub fn is_asked(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+    /// The free condition that asks most to turn at (x, t). Kinks are let off `kinks` of what is added up in them: both their sides
+    /// agree at the threshold.
+    pub fn asking(&self, w: &mut Work, x: &[f64], t: f64, free: Free, kinks: f64) -> Option<usize> {
         self.remeasure_flags(w, x, t);
         let mut r = std::mem::take(&mut w.asked);
         r.resize(self.flags.len(), 0.0);
         self.eval_all_roots(w, x, t, &mut r);
-        let asked = r.iter().zip(&self.flags).any(|(&r, f)| r > 0.0 && !f.law.of_modes());
+        let asks = |&k: &usize| {
+            let (f, let_off) = (&self.flags[k], kinks * w.standing.size(k));
+            let kink = f.is_kink();
+            free.has(f) && !f.law.of_modes() && r[k] > if kink { let_off } else { 0.0 }
+        };
+        let most = (0..r.len()).filter(asks).max_by(|&i, &j| r[i].total_cmp(&r[j]));
         w.asked = r;
-        asked
+        most
     }
 
     /// Turns the first condition that asks for it.
     pub fn turn_first(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+        self.turn_first_of(w, x, t, Free::All)
+    }
+
+    /// The same of those that are free.
+    pub fn turn_first_of(&self, w: &mut Work, x: &[f64], t: f64, free: Free) -> bool {
         self.remeasure_flags(w, x, t);
-        let turned = self.flip_asking(w, x, t, true, |_, _, _| true);
+        let turned = self.flip_asking(w, x, t, true, |k, _, _| free.has(&self.flags[k]));
         self.rest_logic(w) || turned
     }
 

@@ -1,8 +1,10 @@
 //! How long steps may be, and lengths that come again and again: between the edges of a pulse train the second period can know what the
 //! first had to find out, and an equal length keeps its factorisation.
 use super::{Character, Transient};
+use crate::events::LOOK;
 use crate::system::System;
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 
 /// SPICE takes at least so many steps, none longer than TSTEP. Methods with dense output of their own order need only see
 /// every part of the run (`Character::fewest_steps`): the error bounds a step, and rows lie where they are asked for.
@@ -24,6 +26,17 @@ pub fn longest(sys: &System, a: &Transient, of: &Character) -> f64 {
         true if sys.pure_linear => fewest,
         true => fewest.min(followed),
         false => a.tstep.min(of_spice).min(followed),
+    }
+}
+
+/// The longest step while conditions hang on what sources drive through states: in more than so much of a turn a polynomial follows no
+/// crest. (One of degree 3 through the ends and two places inside is off a sine by its fourth derivative, (LOOK)^4/4! times the product of
+/// the distances, at most 1e-4 of the amplitude.)
+pub fn followed(sys: &System) -> f64 {
+    if sys.swing > 0.0 {
+        LOOK / (TAU * sys.swing)
+    } else {
+        f64::INFINITY
     }
 }
 

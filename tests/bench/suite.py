@@ -1,37 +1,70 @@
-"""`emsim chart --suite`: the benchmark set, its pictures, its table, its place in the README."""
+"""usage: python tests/bench/suite.py [options]
+
+Charts the benchmark set of netlists/: small multiples for each group, a summary picture and the README's table, beside scipy,
+ngspice and, with --peers, the engines that build the same machines (peers/). A deck that has no converged reference is listed
+and makes exit code 3."""
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from functools import partial
 from os.path import join
 
-from ..diagnostics import DeckError, Diagnostic, DiagnosticError, OutsideError
-from ..outputs.beside import replacing
-from ..reports.source_tree import root
-from .arguments import Arguments, UsageError
-from .chart import Tell, deliver, measured, settings
-from .console import CONVERGENCE, OK, print_json, print_lines
+import draw_suite
+import peers
+import suite_table
+from suite_table import GROUPS, QUICK, SUITE
+
+from emsim.cli.arguments import HELP, JSON, QUIET, Arguments, Option, UsageError, parse
+from emsim.cli.chart import OF_LADDER, Settings, Tell, deliver, measured, settings
+from emsim.cli.console import CONVERGENCE, OK, print_json, print_lines
+from emsim.cli.failures import report
+from emsim.diagnostics import DeckError, Diagnostic, DiagnosticError, OutsideError, suggest
+from emsim.outputs.beside import replacing
+from emsim.reports.chart import csv_lines, failures
+from emsim.reports.source_tree import root
+from emsim.reports.work_precision import Chart
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import Any
 
-    from ..reports.suite import Entry
-    from ..reports.work_precision import Chart
+    from suite_table import Entry
 
+OPTIONS = [
+    Option("-o --output", "folder of the pictures, suite.csv, suite.json; chart without it", "FOLDER"),
+    *OF_LADDER,
+    Option("--only", "these entries, by name, deck or group", "A,B,..."),
+    Option("--quick", "three entries, a short ladder"),
+    Option("--peers", "MuJoCo, Exudyn and Drake on the machines that they build too"),
+    Option("--readme", "write the table and its picture into README.md"),
+    Option("--from", "nothing is run, charts come from a suite.json", "FILE"),
+    JSON,
+    QUIET,
+    HELP,
+]
 ENGINE_TIMES = 20  # common times of machines that other engines run too: their steps must hit them
 SHORT = (1e-3, 1e-5, 1e-7)  # ladder of --quick
+
+
+def main(args: Sequence[str]) -> int:
+    """The exit code; what goes wrong is told as emsim tells it."""
+    if "-h" in args or "--help" in args:
+        print(__doc__, "", *(f"  {', '.join(o.names):<16} {o.value:<10} {o.help}" for o in OPTIONS), sep="\n")
+        return OK
+    try:
+        return run_suite(parse(args, OPTIONS))
+    except Exception as error:
+        return report(error, args)
 
 
 def run_suite(given: Arguments) -> int:
     """Measures, draws, writes; the exit code."""
     if given.words:
-        raise UsageError(f"--suite takes no deck, got {given.words[0]}")
-    for option in ("signals", "define", "times"):
-        if given.has(option):
-            raise UsageError(f"--{option} goes with one deck, not with --suite")
+        raise UsageError(f"the suite takes no deck, got {given.words[0]}")
     entries = _chosen(given)
     folder = given.text("output") or "chart"
     tell = Tell(given.has("quiet"))
@@ -57,19 +90,16 @@ def run_suite(given: Arguments) -> int:
 
 
 def _lines(charts: Sequence[Chart]) -> list[str]:
-    from ..reports import suite
-    from ..reports.chart import failures
-
-    groups = [group for group in suite.GROUPS if any(chart.group == group for chart in charts)]
-    out = list(suite.table(charts, groups))
-    out += ["", *lines] if (lines := list(suite.engines(charts))) else []
+    groups = [group for group in suite_table.GROUPS if any(chart.group == group for chart in charts)]
+    out = list(suite_table.table(charts, groups))
+    out += ["", *lines] if (lines := list(suite_table.engines(charts))) else []
     out += ["", "did not get through:"]
     for chart in charts:
         # scipy's are in the CSV file
         told = [found for found in failures(chart) if not found[0].startswith("scipy")]
         out += [f"  {chart.name}: {tool} {settings}: {why}" for tool, settings, why in told]
         out += [f"  {chart.name}: {note}" for note in chart.notes]
-    slow = list(suite.slow_auto(charts))
+    slow = list(suite_table.slow_auto(charts))
     return [*out, "", "auto over 1.3 times the best:", *(f"  {line}" for line in slow)] if slow else out
 
 
@@ -79,11 +109,12 @@ def _measured(
     tree = root()
     charts = []
     for entry in entries:
-        chosen = settings(given)
+        chosen = of_suite(given)
         chosen.signals, chosen.stop = list(entry.signals) or None, entry.stop
         if entry.engines:
             chosen.times, chosen.even = ENGINE_TIMES, True
-            chosen.engines = entry.engines if given.has("peers") else ()
+            if given.has("peers"):
+                chosen.others = partial(_peers, entry)
         if given.has("quick"):
             chosen.own |= dict(tolerances=SHORT, rounds=1)
             chosen.reference = 1.0
@@ -108,17 +139,29 @@ def _measured(
     return charts
 
 
+def of_suite(given: Arguments) -> Settings:
+    """A suite has less time for each deck than a deck alone."""
+    out = settings(given)
+    out.reference = 3.0
+    out.own = dict(rounds=3, budget=3.0, most=0.8) | out.own
+    if out.scipy is not None:
+        out.scipy = dict(tolerances=(1e-3, 1e-6, 1e-9), limit=0.3)
+    if out.ngspice is not None:
+        out.ngspice = dict(limit=5.0)
+    return out
+
+
+def _peers(entry: Entry, problem: Any, judge: Any, tell: Any, turn: Any) -> tuple[list[Any], list[str]]:
+    machine = entry.deck.rpartition("/")[2]
+    return peers.measure(problem, judge, machine, entry.engines, said=tell, turn=turn)
+
+
 def _named(tell: Tell, name: str, text: str) -> None:
     tell(f"{name}: {text}")
 
 
 def _written(charts: Sequence[Chart], folder: str, given: Arguments) -> list[str]:
     """suite.json, suite.csv, the pictures; with --readme the README and its picture."""
-    import json
-
-    from ..reports import draw_suite, suite
-    from ..reports.chart import csv_lines
-
     files = deliver(charts, given)
     os.makedirs(folder, exist_ok=True)
     path = join(folder, "suite.json")
@@ -129,7 +172,7 @@ def _written(charts: Sequence[Chart], folder: str, given: Arguments) -> list[str
     with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
         file.write("\n".join(csv_lines(charts)) + "\n")
     files.append(path)
-    for group, title in suite.GROUPS.items():
+    for group, title in suite_table.GROUPS.items():
         members = [chart for chart in charts if chart.group == group]
         if members:
             path = join(folder, f"{group}.png")
@@ -137,26 +180,28 @@ def _written(charts: Sequence[Chart], folder: str, given: Arguments) -> list[str
             files.append(path)
     if charts:
         path = join(folder, "summary.png")
-        draw_suite.summary(path, charts, suite.ERRORS)
+        draw_suite.summary(path, charts, suite_table.ERRORS)
         files.append(path)
     if given.has("readme"):
         readme = str(root() / "README.md")
         with open(readme, encoding="utf-8") as file:
             text = file.read()
-        for section, (groups, picture) in suite.SECTIONS.items():
+        for section, (groups, picture) in suite_table.SECTIONS.items():
             members = [chart for chart in charts if chart.group in groups]
             if not members and charts:
                 continue
             try:
-                text = suite.into(text, suite.section(members, picture if members else "", groups), section)
+                text = suite_table.into(
+                    text, suite_table.section(members, picture if members else "", groups), section
+                )
             except ValueError as error:
-                raise OutsideError(Diagnostic("error", "E504", f"{readme}: {error}")) from None
+                raise UsageError(f"{readme}: {error}") from None
             if members:
                 path = str(root() / picture)
-                if section in suite.PANELS:
-                    draw_suite.multiples(path, members, suite.GROUPS[section], dpi=70)
+                if section in suite_table.PANELS:
+                    draw_suite.multiples(path, members, suite_table.GROUPS[section], dpi=70)
                 else:
-                    draw_suite.summary(path, members, suite.ERRORS, dpi=80)
+                    draw_suite.summary(path, members, suite_table.ERRORS, dpi=80)
                 files.append(path)
         with replacing(readme) as beside, open(beside, "w", encoding="utf-8") as file:
             file.write(text)
@@ -165,24 +210,15 @@ def _written(charts: Sequence[Chart], folder: str, given: Arguments) -> list[str
 
 
 def _read(path: str) -> list[Chart]:
-    import json
-
-    from ..reports.work_precision import Chart
-
     with open(path, encoding="utf-8") as file:
         try:
             return [Chart.from_dict(data) for data in json.load(file)]
         except (ValueError, KeyError, TypeError):
-            raise OutsideError(
-                Diagnostic("error", "E504", f"{path} is no suite.json that emsim chart --suite wrote")
-            ) from None
+            raise UsageError(f"{path} is no suite.json that suite.py wrote") from None
 
 
 def _chosen(given: Arguments) -> list[Entry]:
     """Entries by --only and --quick."""
-    from ..diagnostics import suggest
-    from ..reports.suite import GROUPS, QUICK, SUITE
-
     only = [word.strip() for word in (given.text("only") or "").split(",") if word.strip()]
     of_group = {group: [e.name for e in SUITE if e.group == group] for group in GROUPS}
     only = [name for word in only for name in of_group.get(word, [word])]
@@ -202,3 +238,7 @@ def _chosen(given: Arguments) -> list[Entry]:
             )
     chosen = [names[word] for word in only] or list(SUITE)
     return [e for e in chosen if e.name in QUICK] if given.has("quick") and not only else chosen
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -20,7 +20,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from ..work_precision import Point, Series
+from emsim.reports.work_precision import Point, Series
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from ..ladder import Judge, Problem
+    from emsim.reports.ladder import Judge, Problem
 
 # name in a suite entry -> (module that must be there, as it calls itself)
 PROGRAMS = {"mujoco": ("mujoco", "MuJoCo"), "exudyn": ("exudyn", "Exudyn"), "drake": ("pydrake", "Drake")}
@@ -66,7 +66,7 @@ def measure(
 
 def _answers(program: str, asked: dict[str, Any]) -> Iterator[dict[str, Any]]:
     # engines leave log files where they run
-    paths = [str(Path(__file__).resolve().parents[3]), os.environ.get("PYTHONPATH", "")]
+    paths = [str(Path(__file__).resolve().parents[1]), os.environ.get("PYTHONPATH", "")]
     with TemporaryDirectory() as folder:
         done = subprocess.run(
             [sys.executable, "-m", f"{__name__}.{program}"], cwd=folder,

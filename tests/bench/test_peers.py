@@ -5,13 +5,13 @@ from __future__ import annotations
 from math import exp, pi, sqrt
 
 import numpy as np
+import peers
 import pytest
+from peers.machines import TOUCH, touch
 from support import NETLISTS
 
 from emsim import pipeline
-from emsim.reports import peers
 from emsim.reports.ladder import Judge, Problem
-from emsim.reports.peers.machines import TOUCH, touch
 
 MODULES = {name: module for name, (module, _) in peers.PROGRAMS.items()}
 

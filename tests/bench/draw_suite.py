@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from .draw import legend, looks, panel, pyplot, save
-from .work_precision import Series, best, exponent
+from emsim.reports.draw import legend, looks, panel, pyplot, save
+from emsim.reports.work_precision import Series, best, exponent
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from .work_precision import Chart
+    from emsim.reports.work_precision import Chart
 
 ACROSS = 4  # panels in a row
 ROLES = {

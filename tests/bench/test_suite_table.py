@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 
 import pytest
+import suite_table as suite
+from peers import PROGRAMS
+from suite_table import SUITE
 from support import NETLISTS, ROOT
 
 from emsim import pipeline
-from emsim.reports import suite
 from emsim.reports.ladder import Problem
-from emsim.reports.peers import PROGRAMS
-from emsim.reports.suite import SUITE
 from emsim.reports.work_precision import Chart, Point, Series
 
 

@@ -2,12 +2,12 @@
 
 Decks lie in netlists/; those that are only here for their cost in netlists/bench/. `signals` are the columns compared, () for
 the states among the deck's columns; `stop` ends the run earlier than the deck does [s]; `engines` are the other programs
-that build the same machine (reports/peers/).
+that build the same machine (peers/).
 """
 
 from __future__ import annotations
 
-from .work_precision import Chart, Series, best, exponent, short
+from emsim.reports.work_precision import Chart, Series, best, exponent, short
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -107,7 +107,10 @@ QUICK = ("RC, pulses", "double pendulum", "voice coil")  # of --quick
 
 def marks(section: str) -> tuple[str, str]:
     """Between which a section of the README stands."""
-    return f"<!-- {section}: written by emsim chart --suite --readme -->", f"<!-- end of {section} -->"
+    return (
+        f"<!-- {section}: written by python tests/bench/suite.py --readme -->",
+        f"<!-- end of {section} -->",
+    )
 
 
 def table(charts: Sequence[Chart], groups: Sequence[str] = tuple(GROUPS)) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""`emsim chart --suite`: a small part of it end to end, its files, redrawing, the README, bad input."""
+"""The benchmark set: a small part of it end to end, its files, redrawing, the README, bad input."""
 
 from __future__ import annotations
 
@@ -6,19 +6,18 @@ import json
 import shutil
 from itertools import pairwise
 
+import peers
 import pytest
+from suite import main
+from suite_table import SECTIONS, marks
 from support import NETLISTS
 
-from emsim.cli import main
-
-SHORT = ["--suite", "--tolerances", "1e-3,1e-6", "--rounds", "1", "--methods", "trap,radau", "--alone", "-q"]
+SHORT = ["--tolerances", "1e-3,1e-6", "--rounds", "1", "--methods", "trap,radau", "--alone", "-q"]
 
 
 @pytest.fixture
 def tree(scratch):
     """A source tree with what the suite needs, and a README with the marks."""
-    from emsim.reports.suite import SECTIONS, marks
-
     sections = "".join(f"{start}\n{end}\n" for start, end in map(marks, SECTIONS))
     shutil.copytree(NETLISTS, scratch / "netlists", ignore=shutil.ignore_patterns("*.png"))
     (scratch / "README.md").write_text(f"# head\n{sections}tail\n")
@@ -28,7 +27,7 @@ def tree(scratch):
 def test_two_entries_end_to_end(capsys, tree):
     (tree / "work").mkdir()
     asked = [*SHORT, "--only", "lc_tank,double pendulum", "--readme", "-o", "out"]
-    assert main(["chart", *asked]) == 0
+    assert main([*asked]) == 0
     said = capsys.readouterr()
     assert "| [LC tank](netlists/bench/lc_tank.cir) | radau" in said.out
     made = {path.name for path in (tree / "out").iterdir()}
@@ -43,7 +42,7 @@ def test_two_entries_end_to_end(capsys, tree):
     )
     assert (tree / "netlists" / "bench" / "suite.png").stat().st_size < 150_000
     # drawn again from the file, nothing is run
-    assert main(["chart", "--suite", "--from", "out/suite.json", "-o", "again", "--json"]) == 0
+    assert main(["--from", "out/suite.json", "-o", "again", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["charts"] == charts
     assert "again/summary.png" in document["files"]
@@ -61,7 +60,7 @@ def test_a_deck_without_a_reference_does_not_stop_the_others(capsys, tree, monke
         return find(problem, *args, **more)
 
     monkeypatch.setattr(reference, "find", some)
-    assert main(["chart", *SHORT, "--only", "lc_tank,double pendulum", "-o", "out"]) == 3
+    assert main([*SHORT, "--only", "lc_tank,double pendulum", "-o", "out"]) == 3
     said = capsys.readouterr()
     assert "double pendulum: no converged reference" in said.err and "[LC tank]" in said.out
 
@@ -69,23 +68,22 @@ def test_a_deck_without_a_reference_does_not_stop_the_others(capsys, tree, monke
 @pytest.mark.parametrize(
     ("args", "code", "word"),
     [
-        (["--suite", "deck.cir"], 2, "takes no deck"),
-        (["--suite", "--signals", "v(a)"], 2, "goes with one deck"),
-        (["--suite", "--only", "lc_tnk"], 2, "did you mean 'lc_tank'"),
-        (["--suite", "--from", "missing.json"], 5, "missing.json"),
-        (["--suite", "--from", "README.md"], 5, "no suite.json"),
-        (["--quick", "deck.cir"], 2, "goes with --suite"),
+        (["deck.cir"], 2, "takes no deck"),
+        (["--signals", "v(a)"], 2, "unknown option"),
+        (["--only", "lc_tnk"], 2, "did you mean 'lc_tank'"),
+        (["--from", "missing.json"], 5, "missing.json"),
+        (["--from", "README.md"], 2, "no suite.json"),
     ],
 )
 def test_bad_input(capsys, tree, args, code, word):
-    assert main(["chart", *args]) == code
+    assert main(args) == code
     assert word in capsys.readouterr().err
 
 
 def test_a_readme_without_marks_is_told(capsys, tree):
     (tree / "README.md").write_text("# head\n")
     (tree / "suite.json").write_text("[]")
-    assert main(["chart", "--suite", "--from", "suite.json", "--readme", "-q"]) == 5
+    assert main(["--from", "suite.json", "--readme", "-q"]) == 2
     assert "README.md: it has no" in capsys.readouterr().err
 
 
@@ -93,7 +91,6 @@ def test_engines_answer_or_say_why(tree):
     """MuJoCo's pendulum meets the reference; a machine that it does not know is a note, not a crash."""
     pytest.importorskip("mujoco")
     from emsim import pipeline
-    from emsim.reports import peers
     from emsim.reports.ladder import Judge, Problem
 
     deck = NETLISTS / "mechanical" / "ref_simple_pendulum.cir"
@@ -111,7 +108,6 @@ def test_engines_answer_or_say_why(tree):
 
 
 def test_an_engine_that_is_not_installed_is_a_note(monkeypatch):
-    from emsim.reports import peers
 
     monkeypatch.setattr(peers, "find_spec", lambda name: None)
     series, notes = peers.measure(None, None, "ref_four_bar", ["drake"])
