@@ -298,15 +298,17 @@ class System:
         token: str,
         inputs: Sequence[tuple[int, str, float, str]],
         outputs: Sequence[tuple[Expr, str]],
+        guards: Sequence[tuple[Expr, int]],
         options_: dict[str, Any] | None,
-        times: tuple[float, float, float | None],
+        times: tuple[float, float, float | None, float],
         uic: bool,
         codes: dict[str, str],
         conditions: Sequence[str],
         warnings: dict[int, str],
     ) -> bytes:
         """The equations as bytes, for the engine in an FMU. Inputs: wave, name, value where nothing is said, and when it
-        varies (continuous, tunable, fixed); outputs: expression (made before `compile`), name; times: tstep, tstop, tmax [s];
+        varies (continuous, tunable, fixed); outputs: expression (made before `compile`), name; guards: expression
+        of inputs, its sign, which is to stay; times: tstep, tstop, tmax, tstart [s];
         codes: kind of failure -> the code under which it is explained; conditions: what flags are called; warnings: flag -> what
         is said when it turns to 1. ValueError."""
     def tran(

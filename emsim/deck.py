@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .diagnostics import Place, Sink, Span
     from .elements import Element
     from .expr import Node
+    from .opened import Opened
     from .source import SourceFile
 
     # A value on a machine card: number (SI), expression, tuple, or word; a shape such as rod(0.3) is a Call.
@@ -260,7 +261,7 @@ class FlatDeck:
         self.draws = Draws()  # random values
         self.fmu: dict[str, list[Probe]] = {}  # list of .fmu -> its words
         # what comes from outside while an FMU runs: name of a source or of a card's value -> where nothing is said; None: no FMU
-        self.inputs: dict[str, float] | None = None
+        self.inputs: Opened | None = None
         self.temp = 27.0
         self.tnom = 27.0
         self.gravity: tuple[float, float, float] | None = None

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 from ..cards import CARDS, quantities
 from ..diagnostics import Fix, instead, suggest
+from ..expr import Node, Scope, evaluate, names
+from ..opened import OpenNumber
 from .scene import JointState
 from .tree import GROUND
 
@@ -18,7 +22,7 @@ if TYPE_CHECKING:
     from ..cards.gear import Gear
     from ..cards.joint import Joint
     from ..cards.joints.base import JointKind
-    from ..deck import Ref
+    from ..deck import MachineCard, Ref
     from ..diagnostics import Span
     from .context import Context
 
@@ -50,7 +54,8 @@ class Binding:
         taken: dict[str, Card] = {}
         joint_cards: list[Joint] = []
         for raw in self.ctx.flat.machine:
-            card: Any = CARDS[raw.kind].variant(raw, self.models)(raw, self.sink)
+            kind = CARDS[raw.kind].variant(raw, self.models)
+            card: Any = kind(raw if self.ctx.flat.inputs is None else self._opened(raw, kind), self.sink)
             if not card.ok:
                 self.broken = True
                 self.failed.add(card.name)
@@ -88,6 +93,21 @@ class Binding:
         for card in taken.values():
             if not quantities.check(card, self._motions(card), self.sink):
                 self.broken = True
+
+    def _opened(self, raw: MachineCard, kind: type[Card]) -> MachineCard:
+        """The card with what comes from outside as open numbers, where it wants plain ones."""
+        inputs, params = self.ctx.flat.inputs, dict(raw.params)
+        assert inputs is not None
+        for key, value in raw.params.items():
+            of = set(names(value)) if isinstance(value, Node) else set()
+            plain = key in kind.spec.params and kind.spec.params[key].kind == "number"
+            if plain and of and of <= inputs.keys():
+                place = raw.param_spans.get(key, raw.span)
+                start = evaluate(value, Scope(inputs))
+                params[key] = OpenNumber(self.ctx.compile(value, place), start, frozenset(of), inputs)
+        card = copy(raw)
+        card.params = params
+        return card
 
     def _motions(self, card: Card) -> list[str]:
         """What the joint that a card is, or sits on, does in each coordinate: turn or slide."""

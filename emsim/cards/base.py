@@ -28,9 +28,10 @@ No card writes a mass matrix or a force direction.
 
 from __future__ import annotations
 
-from math import pi
+from math import isfinite, pi
 
 from ..diagnostics import Diagnostic, Fix, Span, instead, suggest
+from ..opened import OpenNumber
 from ..units import UNITS
 
 TYPE_CHECKING = False
@@ -497,6 +498,8 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
             return tuple(float(v) for v in values) if computable else param.default
         sink.error("E232", f"{what} is a list of numbers such as (1,0)", where, in_braces(value))
         return param.default
+    if isinstance(value, OpenNumber):
+        return value if limit(param, key, value, f"{raw.kind} {raw.name}", where, sink) else param.default
     if not is_number(value):
         got = "a list" if isinstance(value, tuple) else "an expression that changes while the deck runs"
         if isinstance(value, str):
@@ -509,10 +512,10 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
     return number if limit(param, key, number, f"{raw.kind} {raw.name}", where, sink) else param.default
 
 
-def limit(param: Param, key: str, number: float, of: str, where: Span, sink: Sink) -> bool:
+def limit(param: Param, key: str, number: float | OpenNumber, of: str, where: Span, sink: Sink) -> bool:
     """Says where a number is out of its parameter's range; False where it is none at all."""
     what = f"{key}= of {of}"
-    if not _computable(number, what, where, sink):
+    if not isinstance(number, OpenNumber) and not _computable(number, what, where, sink):
         return False
     meaning = param.meaning.partition(";")[0]  # what it is, without what follows when it is left out
     if param.least is not None and number < param.least:

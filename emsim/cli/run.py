@@ -161,6 +161,13 @@ def page_sheets(source: str, given: Arguments) -> list[tuple[str, str, str]]:
     return explained.sheets(pipeline.explain(source, defines(given), overrides(given)))
 
 
+def page_engine(source: str, result: Result, given: Arguments) -> dict[str, Any] | None:
+    """What its page computes with."""
+    from ..fmus import page
+
+    return page.engine(source, result, defines(given), overrides(given))
+
+
 def overrides(given: Arguments) -> dict[str, float | str]:
     """The options of the command line that stand above the deck's own."""
     options: dict[str, float | str] = {}
@@ -270,7 +277,8 @@ def _written(
             elif kind == "html":
                 from ..outputs import html
 
-                html.write(path, result, sheets=page_sheets(source, given))
+                engine = page_engine(source, result, given)
+                html.write(path, result, sheets=page_sheets(source, given), engine=engine)
             else:
                 from ..outputs import csv
 

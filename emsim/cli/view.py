@@ -17,7 +17,7 @@ from ..outputs import html
 from ..source import SameFiles
 from .arguments import DEFINE, HELP, QUIET, Arguments, Option, UsageError, defines, parse
 from .console import CONVERGENCE, OK, Progress, check_targets, interrupted, point, show
-from .run import METHOD_OPTIONS, overrides, page_sheets, source_of
+from .run import METHOD_OPTIONS, overrides, page_engine, page_sheets, source_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def _view(given: Arguments) -> int:
     if not any(len(table) for table in result.plots):
         return code
     path = abspath(given.text("output") or _place(deck))
-    html.write(path, result, sheets=page_sheets(source, given))
+    html.write(path, result, sheets=page_sheets(source, given), engine=page_engine(source, result, given))
     if not given.has("quiet"):
         print(f"page: {path}", file=sys.stderr)
     if not given.has("no-open"):

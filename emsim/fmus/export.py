@@ -8,16 +8,15 @@ import re
 import zipfile
 
 from .._engine import __version__
-from ..analyses.afterwards import condition
-from ..analyses.failure import CODES
 from ..analyses.tran import Tran
 from ..assemble.outputs import column
-from ..diagnostics import Diagnostic, OutsideError, Sink, deck_error
+from ..diagnostics import Diagnostic, OutsideError, deck_error
 from ..expr import OUTSIDE
 from ..outputs.beside import replacing
-from ..pipeline import flatten, load
+from ..pipeline import load
 from . import description, library, ports
 from .description import Variable
+from .model import pack, prepare, read
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..assemble import Assembly, Context, Output
-    from ..deck import Deck, FlatDeck, Probe
+    from ..diagnostics import Span
     from ..source import Source
 
 MODEL = "model.emsim"  # engine/src/fmi/mod.rs reads it
@@ -53,11 +52,9 @@ class Exported:
 class Model(Tran):
     """The deck's transient, of which an FMU shows what it gives."""
 
-    asked: Sequence[Probe] = ()
-
     def columns(self, ctx: Context) -> list[Output]:
-        found = [column(ctx, probe.text, probe.ast, probe.span) for probe in self.asked]
-        for output, probe in zip(found, self.asked, strict=True):
+        found = [column(ctx, probe.text, probe.ast, probe.span) for probe in ctx.flat.fmu["out"]]
+        for output, probe in zip(found, ctx.flat.fmu["out"], strict=True):
             if output.expr is None:
                 said = f"`{output.name}` follows from other columns when a run is over: an FMU cannot give it"
                 ctx.sink.error("E382", said, probe.span, "give what it is made of")
@@ -99,12 +96,20 @@ def export(
         "out": ports.given(outputs, True),
     }
     flat, params = read(load(source, defines), options, more)
-    assembly, model, variables = prepare(flat, dict(options or {}), params)
+    if not flat.fmu["out"]:
+        said, hint = (
+            "nothing is asked of the FMU: it has no output",
+            "name some: .fmu out=v(out),angle(arm), or --out",
+        )
+        deck_error("E383", said, None, hint)
+    flat.is_drawn = False
+    assembly, model, taken = prepare(flat, dict(options or {}), params, Model)
+    variables = listed(assembly, model, taken)
     where = flat.sources[0].path
     stem = os.path.splitext(os.path.basename(where))[0] if where else "model"
     path = f"{stem}.fmu" if path is None else path
     name = identifier(stem)
-    packed, token = pack(assembly, model, variables)
+    packed, token = stamped(assembly, model, variables)
     of_model = description.Model(
         name, flat.title.strip() or stem, token, model.tstop, model.tstep, float(assembly.options.get("reltol", 1e-3)),
         can_return=not assembly.ctx.delayed,
@@ -119,75 +124,7 @@ def export(
     return Exported(path, version, variables, flat.sink.diagnostics)
 
 
-def read(
-    deck: Deck, options: Mapping[str, Any] | None, more: Mapping[str, list[Probe]]
-) -> tuple[FlatDeck, dict[str, float]]:
-    """The flat deck with the lists of its .fmu card and `more`, and those of its parameters that come from outside, with what
-    they are where nothing is said. Raises DeckError."""
-    said = list(deck.sink.diagnostics)
-
-    def flat() -> FlatDeck:
-        found = flatten(deck, options)
-        for key, probes in more.items():
-            found.fmu[key] = [*found.fmu.get(key, []), *probes]
-        return found
-
-    first = flat()
-    params = ports.opened(first)
-    if not params:
-        return first, params
-    # once more, with these left open
-    deck.outside, deck.sink = frozenset(params), Sink()
-    for diagnostic in said:
-        deck.sink.add(diagnostic)
-    return flat(), params
-
-
-def prepare(
-    flat: FlatDeck, options: dict[str, Any], params: Mapping[str, float]
-) -> tuple[Assembly, Model, list[Variable]]:
-    """The deck with its values from outside, compiled, and the variables of the FMU. Raises DeckError."""
-    from ..assemble import assemble
-    from ..assemble.options import resolve
-    from ..source import NoCollection
-
-    settings = resolve(flat, {key.lower(): value for key, value in options.items()})
-    tmax = settings.pop("tmax", None)
-    transient = next((a for a in flat.analyses if a.kind == "tran"), None)
-    tran = Model.read(transient, flat.sink) if transient is not None else None
-    flat.sink.raise_if_errors()
-    if tran is None:
-        said = (
-            "the deck has no .tran: an FMU has its steps, its start and the end of its experiment from there"
-        )
-        deck_error("E383", said, None, "add .tran tstep tstop")
-    if settings["method"] == "multirate":
-        said, hint = (
-            "method=multirate goes its own way from start to end: an FMU is led",
-            "leave method= out: emsim chooses",
-        )
-        deck_error("E383", said, flat.option_spans.get("method"), hint)
-    if flat.steps:
-        said = f"the deck steps `{flat.steps[0].column}`: an FMU is one model"
-        deck_error("E383", said, flat.steps[0].span, "take .step out, and give the value with -D")
-    assert isinstance(tran, Model)
-    tran.tmax = tran.tmax if tmax is None else tmax
-    tran.asked = flat.fmu["out"]
-    if not tran.asked:
-        said, hint = (
-            "nothing is asked of the FMU: it has no output",
-            "name some: .fmu out=v(out),angle(arm), or --out",
-        )
-        deck_error("E383", said, None, hint)
-    flat.measures, flat.fours, flat.is_drawn = [], [], False
-    taken = ports.take(flat, params)
-    times = (tran.tstep, tran.tstop)
-    with NoCollection():
-        assembly = assemble(flat, settings, times, analyses=[tran])
-    return assembly, tran, variables(assembly, tran, taken)
-
-
-def variables(assembly: Assembly, tran: Tran, taken: list[ports.Port]) -> list[Variable]:
+def listed(assembly: Assembly, tran: Tran, taken: list[ports.Port]) -> list[Variable]:
     """Of the FMU, in the order of their value references. Raises DeckError where a name stands twice."""
     found = [Variable("time", "independent", "s")]
     for port in taken:
@@ -206,36 +143,33 @@ def variables(assembly: Assembly, tran: Tran, taken: list[ports.Port]) -> list[V
     return found
 
 
-def pack(assembly: Assembly, tran: Tran, of: list[Variable]) -> tuple[bytes, str]:
+def stamped(assembly: Assembly, tran: Model, of: list[Variable]) -> tuple[bytes, str]:
     """The model as bytes, and the token by which the library knows the description that belongs to it."""
-    ctx, flat = assembly.ctx, assembly.flat
-    wave = {name.removeprefix(OUTSIDE): k for name, k in ctx.inputs.items()}
     given = [v for v in of if v.causality in ("input", "parameter")]
-    unread = next((v.name for v in given if v.name not in wave), None)
+    known = {name.removeprefix(OUTSIDE) for name in assembly.ctx.inputs}
+    unread = next((v.name for v in given if v.name not in known), None)
     if unread is not None:
-        place = next(p.span for key in ports.WAYS for p in flat.fmu.get(key, ()) if p.text == unread)
-        deck_error("E381", f"nothing of the deck reads `{unread}`", place, "take it out of the list")
-    inputs = [(wave[v.name], v.name, float(v.start or 0.0), v.variability) for v in given]
-    outputs = [(o.expr, o.name) for o in assembly.outputs[tran] if o.expr is not None]
-    times = (tran.tstep, tran.tstop, tran.longest(assembly))
-
-    names = assembly.system.flag_names
-    conditions = [condition(assembly, k)[0] for k in range(len(names))]
-    said = {name: f"[W402] {text}" for name, (_, text, _) in ctx.domains.items()}
-    if assembly.machine is not None:
-        said |= {name: f"[W401] {text}" for name, text in assembly.machine.flag_warnings.items()}
-    warnings = {k: said[name] for k, name in enumerate(names) if name in said}
-
-    codes = {**CODES, "chattering": "W405"}
-
-    def packed(token: str) -> bytes:
-        return assembly.system.pack(
-            token, inputs, outputs, assembly.options, times, tran.uic, codes, conditions, warnings
+        deck_error(
+            "E381",
+            f"nothing of the deck reads `{unread}`",
+            _asked(assembly, unread),
+            "take it out of the list",
         )
-
+    assert assembly.flat.inputs is not None
+    lost = next((v.name for v in given if OUTSIDE + v.name in assembly.flat.inputs.lost), None)
+    if lost is not None:
+        said = f"`{lost}` cannot come from outside: its card decides by it, or takes it as a plain number"
+        deck_error("E381", said, _asked(assembly, lost), "take it out of the list, and give it in the deck")
+    inputs = [(v.name, float(v.start or 0.0), v.variability) for v in given]
+    outputs = [(o.expr, o.name) for o in assembly.outputs[tran] if o.expr is not None]
     text = "\n".join(repr(v) for v in of)
-    token = hashlib.sha256(packed("") + text.encode() + __version__.encode()).hexdigest()[:32]
-    return packed(token), token
+    unstamped = pack(assembly, tran, inputs, outputs, "")
+    token = hashlib.sha256(unstamped + text.encode() + __version__.encode()).hexdigest()[:32]
+    return pack(assembly, tran, inputs, outputs, token), token
+
+
+def _asked(assembly: Assembly, word: str) -> Span:
+    return next(p.span for key in ports.WAYS for p in assembly.flat.fmu.get(key, ()) if p.text == word)
 
 
 def identifier(stem: str) -> str:

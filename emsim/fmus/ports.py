@@ -11,6 +11,7 @@ from ..cards import CARDS
 from ..deck import Probe, Waveform
 from ..diagnostics import Sink, Span, deck_error, suggest
 from ..expr import OUTSIDE, Name, Num
+from ..opened import Opened
 from ..source import SourceFile
 
 TYPE_CHECKING = False
@@ -62,7 +63,7 @@ def opened(flat: FlatDeck) -> dict[str, float]:
 def take(flat: FlatDeck, params: Mapping[str, float]) -> list[Port]:
     """The values that the lists name; from here on they come from outside. `params`: of the deck's parameters the values where
     nothing is said. Raises DeckError (E381)."""
-    flat.inputs, found = {OUTSIDE + name: value for name, value in params.items()}, []
+    flat.inputs, found = Opened({OUTSIDE + name: value for name, value in params.items()}), []
     for key in WAYS:
         for probe in flat.fmu.get(key, ()):
             if probe.text in params:
@@ -135,7 +136,10 @@ def _of_card(flat: FlatDeck, card: MachineCard, key: str, probe: Probe, way: str
         written.append(by_wave)
     if not key and len(written) == 1:
         key = written[0]
-    if key not in written:
+    numbers = [
+        k for k, p in spec.params.items() if p.kind == "number" and isinstance(card.params.get(k), float)
+    ]
+    if key not in written and not (key in numbers and way != "in"):
         names = ", ".join(f"{card.name}({k})" for k in written)
         said = (
             f"{card.kind} {card.name} has no value `{key}`"

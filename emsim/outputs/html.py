@@ -51,6 +51,7 @@ SCRIPTS = (
     "measure.js",
     "export.js",
     "link.js",
+    "knobs.js",
     GLYPHS,
     "pen.js",
     "solids.js",
@@ -59,25 +60,41 @@ SCRIPTS = (
     "energy.js",
     "app.js",
 )
-STYLES = ("vendor/uPlot.min.css", "page.css", "circuit.css")
+STYLES = ("vendor/uPlot.min.css", "page.css", "circuit.css", "knobs.css")
+ENGINE = "engine.js"  # of pages that compute, before the last script
 
 Sheet = tuple[str, str, str]  # name, title, inner HTML
 PACKED = "deflate:"
 ENDS = {"failed": "failed", "interrupted": "was interrupted"}
 
 
-def write(path: str, result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> None:
-    """Writes the page. OSError as open() raises it; ValueError when no analysis ran."""
+def write(
+    path: str,
+    result: Result,
+    deck: str = "",
+    sheets: Iterable[Sheet] = (),
+    engine: dict[str, Any] | None = None,
+) -> None:
+    """Writes the page; with an `engine` (fmus/page.py) it computes too.
+
+    OSError as open() raises it; ValueError when no analysis ran."""
     if not result.plots:
         raise ValueError("no analysis ran, so there is nothing to show")
     with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
-        file.write(page(document(result, deck or result.deck, sheets, MOST)))
+        run = document(result, deck or result.deck, sheets, MOST)
+        file.write(page(run if engine is None else {**run, "engine": engine}))
 
 
 def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence[str] = STYLES) -> str:
     """The whole page around one run; scripts and styles by their names in web/, GLYPHS and FUNCTIONS."""
     template = _file("page.html")
+    engine = ""
+    if "engine" in run:
+        scripts = (*scripts[:-1], ENGINE, scripts[-1])
+        with open(join(WEB, "engine.wasm"), "rb") as file:
+            engine = b64encode(compress(file.read(), 9)).decode("ascii")
     parts = {
+        "engine": engine,
         "title": escape(run["title"]),
         "style": "\n".join(_lean(_file(name)) for name in styles),
         "code": _deflated("\n".join(_lean(_file(name)) for name in scripts)),

@@ -295,6 +295,49 @@ def test_tunable_parameters_before_the_run_are_those_of_the_deck(tmp_path: Path,
     agree(found, emsim.run(text, defines={"gain": "7"}), names)
 
 
+SERVO = """numbers of machine cards from outside
+.param kt=20m
+V1 in 0 3
+BODY arm shape=rod(0.3) m=0.2
+JOINT hinge 0 arm pin zero=-90deg damp=2m
+MOTOR m1 in 0 hinge kt={kt} r=2 l=1m j=2u gear=30
+.gravity 9.81
+.tran 1m 0.5
+.options reltol=1e-8
+.fmu param=kt,arm(m),hinge(damp),m1(r),m1(gear) out=angle(hinge),i(m1)
+.end
+"""
+
+
+def test_numbers_of_machine_cards_come_from_outside(tmp_path: Path) -> None:
+    path = written(tmp_path, SERVO, 3)
+    given = {"kt": 0.03, "arm(m)": 0.35, "hinge(damp)": 5e-3, "m1(r)": 1.5, "m1(gear)": 20.0}
+    found = by_fmpy(path, None, 5e-3, 0.5, start_values=given)
+    text = SERVO.replace(
+        ".fmu param=kt,arm(m),hinge(damp),m1(r),m1(gear) out=angle(hinge),i(m1)",
+        ".print tran angle(hinge) i(m1)",
+    )
+    for was, value in (("m=0.2", "m=0.35"), ("damp=2m", "damp=5m"), ("r=2 ", "r=1.5 "), ("gear=30", "gear=20")):
+        assert was in text
+        text = text.replace(was, value)
+    agree(found, emsim.run(text, defines={"kt": "0.03"}), ["angle(hinge)", "i(m1)"])
+
+
+def test_a_value_with_other_equations_is_refused(tmp_path: Path) -> None:
+    """A motor without resistance is another circuit than one with: the card has decided by the value that the deck states."""
+    one = Slave(tmp_path, written(tmp_path, SERVO, 3))
+    one.set("m1(r)", -2.0)
+    with pytest.raises(Exception, match=r"."):
+        one.begin()
+    assert any("the deck has other equations" in text for text in one.said)
+
+
+@pytest.mark.parametrize("name", ["hinge(zero)", "arm(shape)"])
+def test_what_a_card_needs_before_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(emsim.DeckError, match="E381"):
+        written(tmp_path, SERVO.replace("param=kt,", f"param={name},"), 3)
+
+
 @VERSIONS
 def test_a_fixed_parameter_is_refused_between_steps(tmp_path: Path, version: int) -> None:
     one = Slave(tmp_path, written(tmp_path, TUNED.replace("tune=", "param="), version))

@@ -55,14 +55,14 @@ ROWS = [
     ["build_expr"],
     ["dialects"],
     ["slips"],
-    ["deck", "expr", "syntax", "lark_grammar", "source"],
+    ["deck", "expr", "opened", "syntax", "lark_grammar", "source"],
     ["tables"],
     ["draws", "functions", "units"],
     ["diagnostics", "registry"],
     ["_engine"],
 ]
 LEVEL = {name: level for level, row in enumerate(ROWS) for name in row}
-CARDS_MAY_IMPORT = {"cards", "diagnostics", "registry", "units", "expr", "deck", "_engine"}
+CARDS_MAY_IMPORT = {"cards", "diagnostics", "registry", "units", "expr", "opened", "deck", "_engine"}
 # anybody may ask the package for its version; Result.save is a convenience that calls the writers
 UPWARD = {
     ("outputs", "__init__"): "the version",
@@ -73,7 +73,8 @@ UPWARD = {
 RUST_ROWS = [
     ["lib"],
     ["py"],
-    ["fmi"],
+    ["fmi", "page"],
+    ["packed"],
     ["schematic"],
     ["integrate"],
     ["events", "modes", "op", "record", "smallsignal"],
@@ -94,7 +95,7 @@ RUST_ROWS = [
     ["derive"],
     ["graph"],
     ["interrupt"],
-    ["syntax"],
+    ["syntax", "stopwatch"],
 ]
 RUST_LEVEL = {name: level for level, row in enumerate(RUST_ROWS) for name in row}
 

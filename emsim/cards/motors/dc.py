@@ -83,8 +83,8 @@ class Motor(Machine):
                     "E230", f"MOTOR {self.name} needs kt= (torque per ampere)", self.span, self.spec.form
                 )
             self.kt = self.ke = 0.0
-        self.torque_constant = float(self.kt if self.kt is not None else self.ke or 0.0)
-        self.emf_constant = float(self.ke if self.ke is not None else self.kt or 0.0)
+        self.torque_constant = self.kt if self.kt is not None else self.ke or 0.0
+        self.emf_constant = self.ke if self.ke is not None else self.kt or 0.0
         self.row = s.branch(self.name)
 
     def _from_kv(self, s: Scene) -> None:
@@ -123,7 +123,7 @@ class Motor(Machine):
             return
         if self.kt is None and self.ke is None:
             self.kt = emf / self.n0
-        kt = float(self.kt if self.kt is not None else self.ke or 0.0)
+        kt = self.kt if self.kt is not None else self.ke or 0.0
         if self.loss == "viscous" and not self.said(s, "b"):
             self.b = kt * self.i0 / self.n0
         elif self.loss == "coulomb" and not self.said(s, "tc"):

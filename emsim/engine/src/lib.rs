@@ -2,6 +2,9 @@
 //! alone, in `syntax`, which stands apart.
 //!
 //! Everything compiles to  d/dt Q(x, t) + F(x, t) = 0.  Modules, each knowing only those above it in this list:
+// machine code and vectors are not for it
+#![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports, unused_variables))]
+
 pub mod assembly; // constraints: position and velocity projection, rank
 pub mod bounds; // between which values an expression of time lies
 pub mod conditions; // what flags ask for at their thresholds
@@ -9,7 +12,8 @@ pub mod derive; // reverse and forward differentiation, substitution
 pub mod devices; // semiconductor kernels, one file each
 pub mod edges; // switching times that sources alone decide
 pub mod events; // state events on dense output
-pub mod fmi; // FMUs: the functions of FMI 2 and 3, and a deck as bytes
+#[cfg(not(target_family = "wasm"))]
+pub mod fmi; // FMUs: the functions of FMI 2 and 3
 pub mod graph; // hash-consed expression nodes with folding
 pub mod hidden; // constraints between states, differentiated before a run
 pub mod integrate; // the methods and the driver
@@ -23,6 +27,9 @@ pub mod model; // contributions, as the cards make them
 pub mod modes; // laws with modes (friction, rigid stops), decided together
 pub mod newton; // one implicit stage: Newton's method
 pub mod op; // the starting point: operating point, initial conditions, consistent values
+pub mod packed; // a deck as bytes, and an instance of it that runs
+#[cfg(target_family = "wasm")]
+mod page; // the functions that a page in a browser calls
 pub mod passive; // is the linear part a passive network without gain
 #[cfg(feature = "python")]
 mod py;
@@ -32,6 +39,7 @@ pub mod reduced; // the equations as an explicit ODE
 pub mod schematic; // circuit diagrams: parts placed, wires routed
 pub mod smallsignal; // G, C and excitations at a point, for small signals
 pub mod sparse; // LU: matching, block triangular form, AMD, Gilbert-Peierls, refactorisation
+mod stopwatch; // seconds on the wall
 pub mod syntax; // deck text to syntax trees, by the grammar's tables
 pub mod system; // equation (1): what was compiled, and the scratch of a run
 pub mod tangent; // sensitivities beside a run

@@ -447,4 +447,5 @@ function wire() {
 }
 
 wire();
-show(chosen(JSON.parse($("run").textContent)));
+const first = JSON.parse($("run").textContent);
+show(chosen(first)).then(() => { if (first.engine) window.engine = new Engine(first.engine, $("engine").textContent, first); });

@@ -4,11 +4,6 @@
 (() => {
   const token = location.hash.slice(1);
   document.body.dataset.live = "";
-  const made = (tag, properties = {}, ...inside) => {
-    const element = Object.assign(document.createElement(tag), properties);
-    element.append(...inside);
-    return element;
-  };
   const status = made("span", { id: "live", role: "status" }), bar = made("div", { id: "share" });
   const said = made("section", { id: "said", hidden: true }), knobs = made("section", { id: "knobs", hidden: true });
   knobs.setAttribute("aria-label", "parameters");
@@ -85,10 +80,7 @@
   function earlier() {
     const now = window.emsim;
     if (!family.checked || !now) return [];
-    const { run, waves } = now, columns = new Map(run.columns.map((c) => [c.name, c.values]));
-    const span = (v) => { let low = Infinity, high = -Infinity; for (const x of v) if (Number.isFinite(x)) { low = Math.min(low, x); high = Math.max(high, x); } return [low, high]; };
-    const spans = new Map(run.columns.filter((c) => waves.shown.has(c.name)).map((c) => [c.name, span(c.values)]));
-    return [...waves.ghosts, { time: run.time, columns, spans }].slice(-KEPT);
+    return [...now.waves.ghosts, ghostOf(now)].slice(-KEPT);
   }
 
   // what comes after its run
@@ -201,7 +193,7 @@
   const rows = new Map(), wishes = new Map(), sent = new Map();
   const box = made("div", { className: "knobs", id: "params" }), kept = made("div", { id: "written" });
   // without the page's own value: the command line's (-D), else the deck's
-  const text = (p) => (p.given !== null && number(p.given) !== null ? p.given : p.text);
+  const text = (p) => (p.given !== null && numberOf(p.given) !== null ? p.given : p.text);
   const fold = made("button", { onclick: () => { box.hidden = !box.hidden; opened(); } });
   const opened = () => { fold.textContent = `${box.hidden ? "\u25b8" : "\u25be"} Parameters`; fold.setAttribute("aria-expanded", !box.hidden); };
   opened();
@@ -213,7 +205,7 @@
   knobs.append(made("div", { className: "head" }, fold, cardFold, kept), box, cardBox);
 
   function parameters(m) {
-    const literal = [...m.params, ...m.values].filter((p) => p.literal && number(p.text) !== null), others = m.params.filter((p) => !literal.includes(p));
+    const literal = [...m.params, ...m.values].filter((p) => p.literal && numberOf(p.text) !== null), others = m.params.filter((p) => !literal.includes(p));
     if (m.read || !rows.size) {
       for (const [name, row] of rows) if (!literal.some((p) => p.name === name && p.text === row.p.text)) rows.delete(name);
       for (const p of literal) {
@@ -237,8 +229,8 @@
       if (wishes.has(name)) continue;
       sent.set(name, own ?? null);
       if (document.activeElement !== field) field.value = own ?? text(p);
-      const value = own === undefined ? number(text(p)) : m.read && p.value !== null ? p.value : number(own);
-      if (value !== null && !slider.matches(":active")) place(slider, p, value);
+      const value = own === undefined ? numberOf(text(p)) : m.read && p.value !== null ? p.value : numberOf(own);
+      if (value !== null && !slider.matches(":active")) placeSlider(slider, numberOf(text(p)), value);
     }
     lines(m);
   }
@@ -249,12 +241,11 @@
     slider.setAttribute("aria-label", p.shown);
     field.setAttribute("aria-label", `${p.shown}, as text`);
     back.setAttribute("aria-label", `${p.shown} as in the deck`);
-    place(slider, p, number(text(p)));
+    placeSlider(slider, numberOf(text(p)), numberOf(text(p)));
     const row = made("div", { className: "knob" }, made("label", { textContent: p.shown, title: `${p.file}, line ${p.line}` }), slider, field, back);
-    const reset = () => { field.value = text(p); place(slider, p, number(text(p))); wish(p.name, null, true); };
+    const reset = () => { field.value = text(p); placeSlider(slider, numberOf(text(p)), numberOf(text(p))); wish(p.name, null, true); };
     slider.oninput = () => {
-      const step = nice((slider.max - slider.min) / 200), value = +(Math.round(slider.value / step) * step).toPrecision(9);
-      field.value = spelled(value, text(p));
+      field.value = spelled(slid(slider), text(p));
       wish(p.name, field.value, false);
     };
     slider.onchange = () => send();
@@ -263,14 +254,6 @@
     field.onkeydown = (e) => { if (e.key === "Escape") { field.value = sent.get(p.name) ?? text(p); field.blur(); } };
     back.onclick = reset;
     return { p, row, slider, field, back };
-  }
-
-  // from nothing to twice the deck's value, or to what was typed
-  function place(slider, p, value) {
-    const base = number(text(p)), ends = [base > 0 ? 0 : base < 0 ? 2 * base : -1, base < 0 ? 0 : base > 0 ? 2 * base : 1];
-    slider.min = Math.min(ends[0], value);
-    slider.max = Math.max(ends[1], value);
-    slider.value = value;
   }
 
   // ---- wishes: at most one under way while a slider is moved, the newest at once when it rests ----
@@ -331,32 +314,6 @@
       found.at(-1).append(all);
     }
     kept.replaceChildren(...found);
-  }
-
-  // ---- numbers as SPICE writes them ----
-
-  const SCALES = { t: 12, g: 9, meg: 6, k: 3, m: -3, u: -6, "\u00b5": -6, "\u03bc": -6, n: -9, p: -12, f: -15, a: -18 };
-  const FORM = /^([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)(meg|mil|[tgkmun\u00b5\u03bcpfa])?(.*)$/i;
-
-  function number(text) {
-    const found = FORM.exec(text.trim());
-    if (!found) return null;
-    const scale = (found[2] || "").toLowerCase();
-    return scale === "mil" ? found[1] * 25.4e-6 : scale ? Number(`${+found[1]}e${SCALES[scale]}`) : Number(found[1]);
-  }
-
-  // with a scale suffix where the deck has one, and with the deck's letters behind it: 4.7kohm -> 5.2kohm
-  function spelled(value, like) {
-    const [, , scale, letters] = FORM.exec(like.trim()), size = Math.abs(value);
-    if (!scale && (size === 0 || (size >= 1e-3 && size < 1e6))) return `${value}${letters}`;
-    const power = size === 0 ? 0 : Math.max(-18, Math.min(12, 3 * Math.floor(Math.log10(size) / 3 + 1e-9)));
-    const suffix = power === 0 ? "" : Object.keys(SCALES).find((key) => SCALES[key] === power);
-    return suffix === undefined ? `${value}` : `${+`${value}e${-power}`}${suffix}${letters}`;
-  }
-
-  function nice(rough) {
-    const ten = 10 ** Math.floor(Math.log10(rough));
-    return ([5, 2, 1].find((m) => m * ten <= rough * 1.000001) || 1) * ten;
   }
 
   listen();

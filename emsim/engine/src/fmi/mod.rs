@@ -4,13 +4,11 @@
 //! made weak (emsim/fmus/library.py). Elsewhere it is built without the feature `python`.
 //!
 //! No panic passes a function's end: what should not happen is a fatal error there, and the instance takes no further call.
-mod instance;
-pub mod packed;
 mod three;
 mod two;
 
-use instance::Instance;
-use packed::Packed;
+use crate::packed::instance::Instance;
+use crate::packed::Packed;
 use std::ffi::{c_char, c_void, CStr, CString};
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
@@ -179,7 +177,7 @@ unsafe fn keep_state(component: &mut Component, state: *mut *mut c_void) -> Resu
 unsafe fn free_state(state: *mut *mut c_void) {
     if let Some(place) = state.as_mut() {
         if !place.is_null() {
-            drop(Box::from_raw(place.cast::<instance::Kept>()));
+            drop(Box::from_raw(place.cast::<crate::packed::instance::Kept>()));
             *place = std::ptr::null_mut();
         }
     }
@@ -187,7 +185,7 @@ unsafe fn free_state(state: *mut *mut c_void) {
 
 /// SAFETY: null, or what `keep_state` gave.
 unsafe fn put_state(component: &mut Component, state: *mut c_void) -> Result<(), String> {
-    match state.cast::<instance::Kept>().as_ref() {
+    match state.cast::<crate::packed::instance::Kept>().as_ref() {
         Some(kept) => component.instance.put_back(kept),
         None => Err("there is no such state".into()),
     }

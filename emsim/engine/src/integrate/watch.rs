@@ -27,8 +27,8 @@ use super::oscillation::{extremes, Stretch};
 use super::response;
 use super::{Limit, Method};
 use crate::newton::{Failure, Options, Tolerances};
+use crate::stopwatch::Stopwatch;
 use crate::system::{System, Work};
-use std::time::Instant;
 
 const BURST: usize = 96;
 /// A burst that is cut short is looked at from so many samples on.
@@ -120,7 +120,7 @@ pub struct Watch {
     maxsteps: f64,
     span: f64,
     tmax: f64,
-    began: Instant,
+    began: Stopwatch,
     mark: f64,
     over: u64,
     pace: f64, // steps a second when `over` began
@@ -156,7 +156,7 @@ impl Watch {
             maxsteps: if o.fixed_step.is_some() { f64::INFINITY } else { o.maxsteps },
             span,
             tmax,
-            began: Instant::now(),
+            began: Stopwatch::start(),
             mark: 0.0,
             over: 0,
             pace: 0.0,
@@ -562,7 +562,7 @@ impl Watch {
             let period = std::f64::consts::TAU / track.w;
             mode = Some((unknown, period, track.coarsest));
         }
-        let seconds = self.began.elapsed().as_secs_f64() / count as f64 * steps;
+        let seconds = self.began.seconds() / count as f64 * steps;
         Some(Failure::TooLong { steps, seconds, mode })
     }
 }

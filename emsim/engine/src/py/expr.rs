@@ -27,6 +27,10 @@ impl Expr {
             }
             return Ok(e.id);
         }
+        // a number that comes from outside is its expression (opened.py), whatever else it may be taken for
+        if let Some(open) = value.getattr_opt("expr")? {
+            return Expr::operand(graph, &open);
+        }
         match value.extract::<f64>() {
             Ok(v) => Ok(lock(graph).constant(v)),
             Err(_) => Err(PyTypeError::new_err("an Expr or a number is needed")),

@@ -2,7 +2,6 @@
 use super::expr::{lock, Expr, SharedGraph};
 use super::guarded;
 use super::smallsignal::SmallSignal;
-use crate::fmi::packed::{Equations, Input, Output, Packed, Varies};
 use crate::graph::{Id, Node};
 use crate::integrate::{self, Failed, Outcome, Status, Transient};
 use crate::interrupt;
@@ -11,6 +10,7 @@ use crate::ledger::Ledger;
 use crate::modes::Modes;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
+use crate::packed::{Equations, Input, Output, Packed, Varies};
 use crate::raw;
 use crate::record::{Record, Samples};
 use crate::system::{Counters, Kind, Work};
@@ -482,7 +482,7 @@ impl System {
     }
 
     /// The system as bytes, for an engine without Python. `inputs`: wave, name, value where nothing is said, does it hold still while it runs;
-    /// `outputs`: expression, name; `times`: tstep, tstop, tmax of a transient; `codes`: kind of failure -> code; `conditions`: what flags
+    /// `outputs`: expression, name; `guards`: expression of inputs, its sign, which is to stay; `times`: tstep, tstop, tmax, tstart of a transient; `codes`: kind of failure -> code; `conditions`: what flags
     /// are called; `warnings`: flag -> what is said when it turns to 1. Of what `Builder.note_places` has noted.
     #[allow(clippy::type_complexity, clippy::too_many_arguments)]
     fn pack<'py>(
@@ -491,8 +491,9 @@ impl System {
         token: String,
         inputs: Vec<(usize, String, f64, String)>,
         outputs: Vec<(Bound<'_, PyAny>, String)>,
+        guards: Vec<(Bound<'_, PyAny>, i8)>,
         options_: Option<&Bound<'_, PyDict>>,
-        times: (f64, f64, Option<f64>),
+        times: (f64, f64, Option<f64>, f64),
         uic: bool,
         codes: BTreeMap<String, String>,
         conditions: Vec<String>,
@@ -500,11 +501,13 @@ impl System {
     ) -> PyResult<Bound<'py, PyBytes>> {
         let missing = || PyValueError::new_err("pack: the builder was not asked to keep its equations");
         let (known, equations) = self.equations.as_ref().ok_or_else(missing)?;
-        let output = |(expr, name): (Bound<'_, PyAny>, String)| {
-            let id = Expr::operand(&self.graph, &expr)?;
+        let noted = |expr: &Bound<'_, PyAny>| {
+            let id = Expr::operand(&self.graph, expr)?;
             let there = (id as usize) < *known;
-            there.then_some(Output { id, name }).ok_or_else(|| PyValueError::new_err("pack: an output made too late"))
+            there.then_some(id).ok_or_else(|| PyValueError::new_err("pack: an output made too late"))
         };
+        let output = |(expr, name): (Bound<'_, PyAny>, String)| Ok(Output { id: noted(&expr)?, name });
+        let guard = |(expr, sign): (Bound<'_, PyAny>, i8)| Ok((noted(&expr)?, sign));
         let input = |(wave, name, start, word): (usize, String, f64, String)| {
             let varies =
                 Varies::of(&word).ok_or_else(|| PyValueError::new_err(format!("pack: nothing varies `{word}`")))?;
@@ -516,10 +519,12 @@ impl System {
             equations: equations.clone(),
             inputs: inputs.into_iter().map(input).collect::<PyResult<Vec<_>>>()?,
             outputs: outputs.into_iter().map(output).collect::<PyResult<Vec<_>>>()?,
+            guards: guards.into_iter().map(guard).collect::<PyResult<Vec<_>>>()?,
             options: options(options_)?,
             tstep: times.0,
             tstop: times.1,
             tmax: times.2,
+            tstart: times.3,
             uic,
             codes,
             conditions,

@@ -1,5 +1,7 @@
-//! A deck as bytes: what Python hands to the engine, for an engine without Python. Graph and model are those that `System::compile` takes,
+//! A deck as bytes: what Python hands to the engine, for an engine without Python, that of an FMU (fmi/) or of a page (page.rs). Graph and model are those that `System::compile` takes,
 //! so that both ways lead through one door.
+pub mod instance;
+
 use crate::graph::{Graph, Id};
 use crate::integrate::{self, Transient};
 use crate::model::Model;
@@ -62,10 +64,14 @@ pub struct Packed {
     pub equations: Vec<u8>,
     pub inputs: Vec<Input>,
     pub outputs: Vec<Output>,
+    /// expressions of inputs that keep their sign: with another one the deck has other equations
+    pub guards: Vec<(Id, i8)>,
     pub options: Options,
     pub tstep: f64,
     pub tstop: f64,
     pub tmax: Option<f64>,
+    /// rows begin here [s]
+    pub tstart: f64,
     pub uic: bool,
     /// kind of failure -> the code under which it is explained
     pub codes: BTreeMap<String, String>,

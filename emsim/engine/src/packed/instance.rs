@@ -1,12 +1,12 @@
-//! One instance of an FMU, without the words of FMI 2 or 3: what is set, how far it is, and why it fails, in the deck's names.
+//! One instance of a packed deck, as FMUs and pages have them: what is set, how far it is, and why it fails, in the deck's names.
 //!
 //! Value references: 0 is the time, then the inputs, then the outputs, in the order of the description.
 //! An input goes on from where it is set as a straight line, of slope 0 where none is given for the step to come (FMI 2: input
 //! derivatives). Where its value jumps, the step begins with the values behind the jump, as at the corner of a source.
-use super::packed::{Packed, Varies};
+use super::{Packed, Varies};
 use crate::graph::{Graph, Id};
-use crate::integrate::{Failed, Place, Session};
-use crate::newton::Failure;
+use crate::integrate::{self, Failed, Place, Session, Transient};
+use crate::newton::{Failure, Options};
 use crate::record::Record;
 use crate::system::System;
 use std::collections::BTreeSet;
@@ -110,6 +110,22 @@ impl Instance {
         Ok(())
     }
 
+    /// At the start once more, with the inputs as they are, ready to go on.
+    pub fn restart(&mut self) -> Result<(), String> {
+        self.session = None;
+        (self.phase, self.time) = (Phase::Stepping, 0.0);
+        self.start()
+    }
+
+    /// Time and outputs where it stands.
+    pub fn outputs(&self, row: &mut Vec<f64>) -> Result<(), String> {
+        let session = self.session.as_ref().ok_or("the model has no values: it was not started")?;
+        row.clear();
+        row.push(self.time);
+        row.extend_from_slice(session.outputs());
+        Ok(())
+    }
+
     pub fn enter_initialisation(&mut self) -> Result<(), String> {
         self.must_be(&[Phase::Instantiated], "begin its initialisation")?;
         self.phase = Phase::Initialising;
@@ -149,18 +165,8 @@ impl Instance {
             return Ok(());
         }
         self.session = None;
-        for (input, given) in self.packed.inputs.iter().zip(&self.given) {
-            if let Some(line) = self.system.waves[input.wave].as_input() {
-                line.set(0.0, given.value, 0.0);
-            }
-        }
-        let (mut a, mut options) = (self.packed.transient(), self.packed.options.clone());
-        a.tstop = self.stop.unwrap_or(a.tstop);
-        a.tstep = a.tstep.min(a.tstop);
-        options.reltol = self.reltol.unwrap_or(options.reltol).clamp(1e-13, 0.5);
-        (options.span, options.grid) = (a.tstop, a.tstep);
-        let ids: Vec<Id> = self.packed.outputs.iter().map(|o| o.id).collect();
-        let record = Record::new(&self.graph, &ids);
+        let (a, options, record) = self.prepared();
+        self.guarded(0.0)?;
         self.changed = false;
         match Session::new(self.system.clone(), a, options, record) {
             Ok(session) => {
@@ -169,6 +175,49 @@ impl Instance {
             }
             Err(failed) => Err(self.fail(&failed)),
         }
+    }
+
+    /// The whole transient with the inputs as they are, and its rows as they are drawn: time and outputs, up to where it fails.
+    pub fn whole(&mut self) -> (Record, Result<(), String>) {
+        let (a, options, mut record) = self.prepared();
+        if let Err(said) = self.guarded(0.0) {
+            return (record, Err(said));
+        }
+        let a = Transient { tstart: self.packed.tstart, drawn: true, ..a };
+        let system = self.system.clone();
+        let mut w = system.work();
+        let outcome = integrate::run(&system, &mut w, a, &options, &mut record, &mut |_, _, _, _| true);
+        (record, outcome.failed.map_or(Ok(()), |failed| Err(told(&system, &failed, &self.packed))))
+    }
+
+    /// What a run from the start is given, once the inputs are handed to the equations.
+    fn prepared(&self) -> (Transient, Options, Record) {
+        for (input, given) in self.packed.inputs.iter().zip(&self.given) {
+            if let Some(line) = self.system.waves[input.wave].as_input() {
+                line.set(0.0, given.value, 0.0);
+            }
+        }
+        let (mut a, mut options) = (self.packed.transient(), self.packed.options.clone());
+        a.tstop = self.stop.unwrap_or(a.tstop);
+        a.tstep = a.tstep.min(a.tstop);
+        a.until = a.tstop;
+        options.reltol = self.reltol.unwrap_or(options.reltol).clamp(1e-13, 0.5);
+        (options.span, options.grid) = (a.tstop, a.tstep);
+        let ids: Vec<Id> = self.packed.outputs.iter().map(|o| o.id).collect();
+        (a, options, Record::new(&self.graph, &ids))
+    }
+
+    /// Are the equations those of the values that the inputs have at t? What decided over them reads inputs alone.
+    fn guarded(&self, t: f64) -> Result<(), String> {
+        if self.packed.guards.is_empty() {
+            return Ok(());
+        }
+        let ids: Vec<Id> = self.packed.guards.iter().map(|&(id, _)| id).collect();
+        let (mut found, mut w) = (Record::new(&self.graph, &ids), self.system.work());
+        found.push(&self.system, &mut w, t, &vec![0.0; self.system.n]);
+        let sign = |v: f64| (v > 0.0) as i8 - (v < 0.0) as i8;
+        let kept = self.packed.guards.iter().zip(&found.data[1..]).all(|(&(_, was), &v)| sign(v) == was);
+        kept.then_some(()).ok_or_else(|| "with these values the deck has other equations: it is to be read anew".into())
     }
 
     fn fail(&mut self, failed: &Failed) -> String {
@@ -258,7 +307,10 @@ impl Instance {
         if let Some(stop) = self.stop.filter(|s| until > s * (1.0 + SAME)) {
             return Err(format!("the step ends at t = {until} s, behind the end that was said, {stop} s"));
         }
-        let jumps = self.hand_over(until);
+        let (jumps, t) = (self.hand_over(until), self.time);
+        if jumps.is_some() {
+            self.guarded(t)?;
+        }
         let Some(session) = &mut self.session else { return Err("the model was not initialised".into()) };
         if let Some(jumps) = jumps {
             session.disturb(jumps, until);

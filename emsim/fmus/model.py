@@ -1,0 +1,114 @@
+"""A deck whose values come from outside in part: read, assembled, as bytes for an engine without Python (engine/src/packed)."""
+
+from __future__ import annotations
+
+from ..analyses.afterwards import condition
+from ..analyses.failure import CODES
+from ..analyses.tran import Tran
+from ..deck import FlatDeck
+from ..diagnostics import Sink, deck_error
+from ..expr import OUTSIDE
+from ..pipeline import flatten
+from . import ports
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from typing import Any, TypeVar
+
+    from .._engine import Expr
+    from ..assemble import Assembly
+    from ..deck import Deck, Probe
+
+    Kind = TypeVar("Kind", bound=Tran)
+
+
+def read(
+    deck: Deck, options: Mapping[str, Any] | None, more: Mapping[str, list[Probe]]
+) -> tuple[FlatDeck, dict[str, float]]:
+    """The flat deck with the lists of its .fmu card and `more`, and those of its parameters that come from outside, with what
+    they are where nothing is said. Raises DeckError."""
+    said = list(deck.sink.diagnostics)
+
+    def flat() -> FlatDeck:
+        found = flatten(deck, options)
+        for key, probes in more.items():
+            found.fmu[key] = [*found.fmu.get(key, []), *probes]
+        return found
+
+    first = flat()
+    params = ports.opened(first)
+    if not params:
+        return first, params
+    # once more, with these left open
+    deck.outside, deck.sink = frozenset(params), Sink()
+    for diagnostic in said:
+        deck.sink.add(diagnostic)
+    return flat(), params
+
+
+def prepare(
+    flat: FlatDeck, options: dict[str, Any], params: Mapping[str, float], kind: type[Kind]
+) -> tuple[Assembly, Kind, list[ports.Port]]:
+    """The deck with its values from outside, compiled, its transient as that kind, and what comes from
+    outside. Raises DeckError."""
+    from ..assemble import assemble
+    from ..assemble.options import resolve
+    from ..source import NoCollection
+
+    settings = resolve(flat, {key.lower(): value for key, value in options.items()})
+    tmax = settings.pop("tmax", None)
+    transient = next((a for a in flat.analyses if a.kind == "tran"), None)
+    tran = kind.read(transient, flat.sink) if transient is not None else None
+    flat.sink.raise_if_errors()
+    if tran is None:
+        said = (
+            "the deck has no .tran: an FMU has its steps, its start and the end of its experiment from there"
+        )
+        deck_error("E383", said, None, "add .tran tstep tstop")
+    if settings["method"] == "multirate":
+        said, hint = (
+            "method=multirate goes its own way from start to end: an FMU is led",
+            "leave method= out: emsim chooses",
+        )
+        deck_error("E383", said, flat.option_spans.get("method"), hint)
+    if flat.steps:
+        said = f"the deck steps `{flat.steps[0].column}`: an FMU is one model"
+        deck_error("E383", said, flat.steps[0].span, "take .step out, and give the value with -D")
+    tran.tmax = tran.tmax if tmax is None else tmax
+    flat.measures, flat.fours = [], []
+    taken = ports.take(flat, params)
+    with NoCollection():
+        return assemble(flat, settings, (tran.tstep, tran.tstop), analyses=[tran]), tran, taken
+
+
+def pack(
+    assembly: Assembly,
+    tran: Tran,
+    inputs: Sequence[tuple[str, float, str]],
+    outputs: Sequence[tuple[Expr, str]],
+    token: str,
+) -> bytes:
+    """The model as bytes: inputs by name, value where nothing is said, and when they vary in FMI's words; outputs by
+    expression and name; `token`: by which the engine knows the description that belongs to it."""
+    ctx = assembly.ctx
+    wave = {name.removeprefix(OUTSIDE): k for name, k in ctx.inputs.items()}
+    names = assembly.system.flag_names
+    conditions = [condition(assembly, k)[0] for k in range(len(names))]
+    said = {name: f"[W402] {text}" for name, (_, text, _) in ctx.domains.items()}
+    if assembly.machine is not None:
+        said |= {name: f"[W401] {text}" for name, text in assembly.machine.flag_warnings.items()}
+    warnings = {k: said[name] for k, name in enumerate(names) if name in said}
+    opened = assembly.flat.inputs
+    return assembly.system.pack(
+        token,
+        [(wave[name], name, start, varies) for name, start, varies in inputs],
+        outputs,
+        [*opened.guards.values()] if opened is not None else [],
+        assembly.options,
+        (tran.tstep, tran.tstop, tran.longest(assembly), tran.tstart),
+        tran.uic,
+        {**CODES, "chattering": "W405"},
+        conditions,
+        warnings,
+    )

@@ -1,0 +1,169 @@
+"""A deck for the engine of a page: its equations as bytes, with what a reader may move there: .param, R, C, L, V, I lines and
+numbers of machine cards.
+
+What cannot be left open is left out: values that decide over the structure of the equations (a length of a closed loop, a ratio
+that folds a joint away), and those that a card takes as plain numbers.
+"""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from os.path import exists, join
+from zlib import compress
+
+from ..analyses.tran import Tran
+from ..diagnostics import DeckError
+from ..opened import OpenNumber
+from ..outputs.html import WEB
+from ..pipeline import flatten, load
+from . import ports
+from .model import pack, prepare, read
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from typing import Any
+
+    from ..assemble import Context, Output
+    from ..assemble.drawing import Drawing
+    from ..elements import Element
+    from ..result import Result, Table
+    from ..source import Source
+
+LETTERS = "rclvi"
+
+
+class Drawn(Tran):
+    """The transient with all that a page shows of it: its columns, what moves the machine, what flows in the circuit."""
+
+    drawing: Drawing | None = None
+
+    def columns(self, ctx: Context) -> list[Output]:
+        found = super().columns(ctx)
+        if ctx.machine is not None:
+            from ..assemble.drawing import draw
+
+            # before the equations are compiled: what is packed is known by then
+            self.drawing = draw(ctx.machine)
+        return found
+
+
+class Computing:
+    """`packed`: the model as bytes; `inputs`: (name, unit, start, what it is); `columns`: names of its outputs; `scene` and
+    `circuit`: what the drawings are made of, whose channels stand behind the columns."""
+
+    def __init__(self, deck: _Opened) -> None:
+        assembly, tran = deck.assembly, deck.tran
+        outputs = [(o.expr, o.name) for o in assembly.outputs[tran] if o.expr is not None]
+        self.columns = [name for _, name in outputs]
+        drawing, flows = tran.drawing, assembly.flows
+        self.scene = None if drawing is None else drawing.data()
+        self.circuit = None if flows is None else flows.data()
+        for part in (drawing, flows):
+            outputs += [(c.expr, c.name) for c in part.channels] if part is not None else []
+        self.inputs = [(p.name, p.unit, p.start, p.says) for p in deck.ports]
+        self.packed = pack(assembly, tran, [(p.name, p.start, "tunable") for p in deck.ports], outputs, "")
+
+    def data(self) -> dict[str, Any]:
+        """As the page's scripts take it (outputs/web/engine.js)."""
+        model = b64encode(compress(self.packed, 9)).decode("ascii")
+        found = {"model": model, "inputs": self.inputs, "columns": self.columns}
+        return {**found, "scene": self.scene, "circuit": self.circuit}
+
+
+def there() -> bool:
+    """Is the engine of pages in this installation? emsim/engine/page.sh makes it."""
+    return exists(join(WEB, "engine.wasm"))
+
+
+def engine(
+    source: Source, result: Result, defines: Mapping[str, Any], options: Mapping[str, Any]
+) -> dict[str, Any] | None:
+    """What `outputs.html.write` takes as `engine`; None where the page is a recording."""
+    found = computing(source, result.main, defines, options) if there() and len(result.plots) == 1 else None
+    return None if found is None else found.data()
+
+
+class _Opened:
+    """A deck of which these names are open. Raises DeckError."""
+
+    def __init__(
+        self, source: Source, names: Sequence[str], defines: Mapping[str, Any], options: Mapping[str, Any]
+    ) -> None:
+        flat, params = read(load(source, defines), options, {"tune": ports.given([" ".join(names)], False)})
+        flat.fmu = {"tune": flat.fmu["tune"]}
+        flat.is_drawn = True
+        self.assembly, self.tran, self.ports = prepare(flat, dict(options), params, Drawn)
+        unread = {p.name for p in self.ports} - {
+            name.removeprefix("input ") for name in self.assembly.ctx.inputs
+        }
+        drawn = [] if self.tran.drawing is None else list(_open(self.tran.drawing.data()))
+        assert flat.inputs is not None
+        given_up = {name.removeprefix("input ") for name in flat.inputs.lost.union(*(n.names for n in drawn))}
+        self.lost = given_up | unread
+
+
+def computing(
+    source: Source, table: Table, defines: Mapping[str, Any], options: Mapping[str, Any]
+) -> Computing | None:
+    """For the page of `table`, a transient of the same deck; None where a reader can move nothing of it."""
+    if table.kind != "tran" or table.steps or not table.axis:
+        return None
+
+    def opened(names: Sequence[str]) -> _Opened | None:
+        try:
+            return _Opened(source, names, defines, options)
+        except DeckError:
+            return None
+
+    def possible(before: Sequence[str], more: Sequence[str]) -> list[str]:
+        """Those of `more` that can be open too."""
+        return (
+            list(more)
+            if not more or opened([*before, *more])
+            else [name for name in more if opened([*before, name])]
+        )
+
+    params = possible([], _parameters(source, defines, options))
+    names = [*params, *possible(params, _lines(source, params, defines, options))]
+    deck = opened(names)
+    while deck is not None and deck.lost and deck.ports:
+        names = [name for name in names if name not in deck.lost]
+        deck = opened(names)
+    return Computing(deck) if deck is not None and deck.ports else None
+
+
+def _parameters(source: Source, defines: Mapping[str, Any], options: Mapping[str, Any]) -> list[str]:
+    flat = flatten(load(source, defines), options)
+    taken = {*(e.name for e in flat.elements), *(c.name for c in flat.machine)}
+    return [name for name in flat.params if name not in taken]
+
+
+def _lines(
+    source: Source, params: Sequence[str], defines: Mapping[str, Any], options: Mapping[str, Any]
+) -> list[str]:
+    """Elements with one number, and numbers of machine cards, that do not hang on open parameters already."""
+    flat, _ = read(load(source, defines), options, {"tune": ports.given([" ".join(params)], False)})
+    top = [e for e in flat.elements if e.letter in LETTERS and "." not in e.name]
+    plain = [e.name for e in top if _is_one_number(e)]
+    return [
+        *plain,
+        *(f"{c.name}({k})" for c in flat.machine for k, v in c.params.items() if isinstance(v, float)),
+    ]
+
+
+def _is_one_number(e: Element) -> bool:
+    value = e.extra.get("dc") if e.letter in "vi" else e.value
+    return isinstance(value, (int, float)) and e.wave is None and not e.params and e.model is None
+
+
+def _open(data: Any) -> Iterator[OpenNumber]:
+    """Open numbers that a drawing would show as they were."""
+    if isinstance(data, OpenNumber):
+        yield data
+    elif isinstance(data, dict):
+        for value in data.values():
+            yield from _open(value)
+    elif isinstance(data, (list, tuple)):
+        for value in data:
+            yield from _open(value)

@@ -1,0 +1,105 @@
+"""Pages that compute: what a reader moves gives what the command line gives for the deck so altered."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import emsim
+from emsim.cli import main
+from emsim.fmus.page import there
+from support import NETLISTS
+
+# emsim/engine/page.sh makes it; .ci/run does
+if not there() and os.environ.get("EMSIM_TEST_PAGES"):
+    pytest.fail("the engine of pages was not built", pytrace=False)
+pytestmark = pytest.mark.skipif(not there(), reason="without the engine of pages: emsim/engine/page.sh")
+
+NEAR = 1e-9  # of a column's largest value: the page's engine interprets, and values from outside are no constants to it
+STOP = "a bouncing ball, drawn\nBODY ball m=0.1 shape=disc(0.05)\nJOINT way 0 ball slide axis=(0,1) ic=1\nSTOP floor way min=0 e=0.7\n.gravity 9.81\n.tran 1m 2\n.end\n"
+RLC = "a tank behind a switch\nV1 in 0 5\nS1 in a g 0 sw\nVg g 0 PULSE(0 1 1m 1u 1u 2m 4m)\nR1 a b 10\nL1 b out 1m\nC1 out 0 10u\nD1 0 out dd\n.model dd D(is=1f)\n.model sw SW(vt=0.5 ron=1 roff=1meg)\n.tran 10u 8m\n.end\n"
+
+CASES = {
+    "servo": ((NETLISTS / "coupled/pendulum_servo.cir").read_text(), {"arm(m)": ("m=0.20", "0.3"), "m1(kt)": ("kt=20m", "10m")}),
+    "switched": (RLC, {"l1": ("1m", "2m"), "v1": ("5", "7")}),
+    "ball": (STOP, {"ball(m)": ("m=0.1", "0.3")}),
+}  # fmt: skip
+
+
+@pytest.fixture
+def moved(tmp_path: Path, visit: Callable[..., Any]) -> Callable[..., Any]:
+    def move(text: str, values: dict[str, str], **size: int) -> Any:
+        deck, page = tmp_path / "deck.cir", tmp_path / "page.html"
+        deck.write_text(text)
+        assert main([str(deck), "--html", str(page), "-q"]) == 0
+        assert page.stat().st_size < 1_150_000
+        seen = visit(page, **size)
+        seen.wait_for_function("window.engine")
+        seen.click("#knobs .head button")
+        for name, value in values.items():
+            field = seen.get_by_label(f"{name}, as text")
+            field.fill(value)
+            field.press("Enter")
+            seen.wait_for_function("!window.engine.busy")
+        return seen
+
+    return move
+
+
+def columns(seen: Any) -> dict[str, list[float]]:
+    return seen.evaluate("Object.fromEntries([['time', [...window.emsim.run.time]], ...window.emsim.run.columns.map(c => [c.name, [...c.values]])])")  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_value_moved_gives_what_the_command_line_gives(moved: Callable[..., Any], case: str) -> None:
+    text, changes = CASES[case]
+    seen = moved(text, {name: value for name, (_, value) in changes.items()})
+    for name, (was, value) in changes.items():
+        new = was.partition("=")[0] + "=" + value if "=" in was else value
+        assert name.partition("(")[0] in text.lower() and was in text
+        lines = text.split("\n")
+        at = next(k for k, line in enumerate(lines) if name.partition("(")[0] in line.lower().split() and was in line.split())
+        lines[at] = " ".join(new if word == was else word for word in lines[at].split())
+        text = "\n".join(lines)
+    table = emsim.run(text, scene=True).main
+    found = columns(seen)
+    assert len(found["time"]) == pytest.approx(len(table), rel=0.02)
+    times = table.floats(0)
+    for name in table.signals:
+        values = table.floats(table.names.index(name))
+        scale = max(map(abs, values))
+        # at rows that both have: steps may part where rounding does
+        mine = dict(zip(found["time"], found[name], strict=True))
+        both = [(mine[t], v) for t, v in zip(times, values, strict=True) if t in mine]
+        assert len(both) > 0.5 * len(times)
+        assert max(abs(a - b) for a, b in both) <= 1e-6 * scale, name
+    assert [name for name in changes if name in seen.inner_text("#facts")] == [*changes]
+
+
+def test_the_deck_as_it_stands_is_the_recorded_run(moved: Callable[..., Any]) -> None:
+    text = CASES["servo"][0]
+    seen = moved(text, {"arm(m)": "0.3"})
+    seen.click("text=↺ >> visible=true")
+    seen.wait_for_function("!window.engine.busy")
+    table, found = emsim.run(text, scene=True).main, columns(seen)
+    for name in table.signals:
+        values = table.floats(table.names.index(name))
+        scale = max(map(abs, values))
+        assert max(abs(a - b) for a, b in zip(found[name], values, strict=True)) <= NEAR * scale
+
+
+def test_what_has_other_equations_is_told(moved: Callable[..., Any]) -> None:
+    seen = moved(CASES["servo"][0], {"m1(r)": "-2"})
+    assert "other equations" in seen.inner_text("#computing")
+
+
+def test_the_machine_and_the_circuit_follow(moved: Callable[..., Any]) -> None:
+    seen = moved(CASES["servo"][0], {"arm(m)": "0.3"}, width=400, height=800)
+    moves = "window.emsim.run.scene.channels.find(c => c.name === 'angle(arm)')"
+    angle = seen.evaluate(f"[{moves}.values.at(-1), window.emsim.run.columns.find(c => c.name === 'angle(hinge)').values.at(-1)]")
+    assert angle[0] == pytest.approx(angle[1] - 1.5707963267948966, abs=1e-9)
+    assert seen.evaluate("document.documentElement.scrollWidth") <= 400
