@@ -28,7 +28,7 @@ No card writes a mass matrix or a force direction.
 
 from __future__ import annotations
 
-from math import isfinite, pi
+from math import pi
 
 from ..diagnostics import Diagnostic, Fix, Span, instead, suggest
 from ..opened import OpenNumber

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support import NETLISTS
 
 import emsim
 from emsim.cli import main
 from emsim.fmus.page import there
-from support import NETLISTS
 
 # emsim/engine/page.sh makes it; .ci/run does
 if not there() and os.environ.get("EMSIM_TEST_PAGES"):
@@ -20,8 +20,29 @@ if not there() and os.environ.get("EMSIM_TEST_PAGES"):
 pytestmark = pytest.mark.skipif(not there(), reason="without the engine of pages: emsim/engine/page.sh")
 
 NEAR = 1e-9  # of a column's largest value: the page's engine interprets, and values from outside are no constants to it
-STOP = "a bouncing ball, drawn\nBODY ball m=0.1 shape=disc(0.05)\nJOINT way 0 ball slide axis=(0,1) ic=1\nSTOP floor way min=0 e=0.7\n.gravity 9.81\n.tran 1m 2\n.end\n"
-RLC = "a tank behind a switch\nV1 in 0 5\nS1 in a g 0 sw\nVg g 0 PULSE(0 1 1m 1u 1u 2m 4m)\nR1 a b 10\nL1 b out 1m\nC1 out 0 10u\nD1 0 out dd\n.model dd D(is=1f)\n.model sw SW(vt=0.5 ron=1 roff=1meg)\n.tran 10u 8m\n.end\n"
+STOP = """a bouncing ball, drawn
+BODY ball m=0.1 shape=disc(0.05)
+JOINT way 0 ball slide axis=(0,1) ic=1
+STOP floor way min=0 e=0.7
+.gravity 9.81
+.tran 1m 2
+.end
+"""
+RLC = """a tank behind a switch
+V1 in 0 5
+S1 in a g 0 sw
+Vg g 0 PULSE(0 1 1m 1u 1u 2m 4m)
+R1 a b 10
+L1 b out 1m
+C1 out 0 10u
+D1 0 out dd
+.model dd D(is=1f)
+.model sw SW(vt=0.5 ron=1 roff=1meg)
+.tran 10u 8m
+.end
+"""
+ALL = """Object.fromEntries([["time", [...window.emsim.run.time]],
+    ...window.emsim.run.columns.map(c => [c.name, [...c.values]])])"""
 
 CASES = {
     "servo": ((NETLISTS / "coupled/pendulum_servo.cir").read_text(), {"arm(m)": ("m=0.20", "0.3"), "m1(kt)": ("kt=20m", "10m")}),
@@ -51,7 +72,7 @@ def moved(tmp_path: Path, visit: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def columns(seen: Any) -> dict[str, list[float]]:
-    return seen.evaluate("Object.fromEntries([['time', [...window.emsim.run.time]], ...window.emsim.run.columns.map(c => [c.name, [...c.values]])])")  # fmt: skip
+    return seen.evaluate(ALL)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -62,7 +83,11 @@ def test_a_value_moved_gives_what_the_command_line_gives(moved: Callable[..., An
         new = was.partition("=")[0] + "=" + value if "=" in was else value
         assert name.partition("(")[0] in text.lower() and was in text
         lines = text.split("\n")
-        at = next(k for k, line in enumerate(lines) if name.partition("(")[0] in line.lower().split() and was in line.split())
+        at = next(
+            k
+            for k, line in enumerate(lines)
+            if name.partition("(")[0] in line.lower().split() and was in line.split()
+        )
         lines[at] = " ".join(new if word == was else word for word in lines[at].split())
         text = "\n".join(lines)
     table = emsim.run(text, scene=True).main
@@ -100,6 +125,8 @@ def test_what_has_other_equations_is_told(moved: Callable[..., Any]) -> None:
 def test_the_machine_and_the_circuit_follow(moved: Callable[..., Any]) -> None:
     seen = moved(CASES["servo"][0], {"arm(m)": "0.3"}, width=400, height=800)
     moves = "window.emsim.run.scene.channels.find(c => c.name === 'angle(arm)')"
-    angle = seen.evaluate(f"[{moves}.values.at(-1), window.emsim.run.columns.find(c => c.name === 'angle(hinge)').values.at(-1)]")
+    angle = seen.evaluate(
+        f"[{moves}.values.at(-1), window.emsim.run.columns.find(c => c.name === 'angle(hinge)').values.at(-1)]"
+    )
     assert angle[0] == pytest.approx(angle[1] - 1.5707963267948966, abs=1e-9)
     assert seen.evaluate("document.documentElement.scrollWidth") <= 400

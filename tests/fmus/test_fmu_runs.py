@@ -317,7 +317,12 @@ def test_numbers_of_machine_cards_come_from_outside(tmp_path: Path) -> None:
         ".fmu param=kt,arm(m),hinge(damp),m1(r),m1(gear) out=angle(hinge),i(m1)",
         ".print tran angle(hinge) i(m1)",
     )
-    for was, value in (("m=0.2", "m=0.35"), ("damp=2m", "damp=5m"), ("r=2 ", "r=1.5 "), ("gear=30", "gear=20")):
+    for was, value in (
+        ("m=0.2", "m=0.35"),
+        ("damp=2m", "damp=5m"),
+        ("r=2 ", "r=1.5 "),
+        ("gear=30", "gear=20"),
+    ):
         assert was in text
         text = text.replace(was, value)
     agree(found, emsim.run(text, defines={"kt": "0.03"}), ["angle(hinge)", "i(m1)"])
