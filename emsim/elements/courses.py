@@ -9,7 +9,6 @@ Times in a part that repeats count from where it begins; +1m counts from the poi
 from __future__ import annotations
 
 from ..build_expr import parts
-from ..tables import lines, number
 from .base import number_at
 from .files import FileTrouble, text_beside
 
@@ -197,6 +196,8 @@ def _expand(ctx: Context, course: Course, points: list[float]) -> float | None:
 
 
 def _rows(text: str, given: str) -> list[tuple[bool, float, float]]:
+    from ..tables import lines, number
+
     found = []
     for k, words in lines(text, COMMENTS):
         if len(words) % 2:

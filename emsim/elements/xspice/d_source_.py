@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from ...tables import TableError, number
 from . import PARTS
 from .base import Seat
 from .digital import Part, ports, words
-from .files import TableError, lines, number, report, state
+from .files import lines, report, state
 
 
 class Source(Part):

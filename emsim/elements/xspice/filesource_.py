@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from ...tables import TableError, number
 from .base import CodeModel, Seat, Word, driving, flag, numbers, text
-from .files import TableError, lines, number, report
+from .files import lines, report
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

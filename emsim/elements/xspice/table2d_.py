@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+from ...tables import TableError, number
 from .base import CodeModel, Port, Seat, Word, driving, reading, text
-from .files import TableError, lines, number, report
+from .files import lines, report
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
