@@ -38,7 +38,7 @@ TINY = 1e-12  # lengths that differ by less are one [m]
 
 # what a .model may say of its elements: PSpice's temperatures, and what multiplies a value
 OF_ELEMENTS = {"t_abs": "temp", "t_rel_global": "dtemp", "scale": "scale"}
-SPELLINGS = {"t_measured": "tnom"}
+SPELLINGS = {"t_measured": "tnom", "tref": "tnom"}
 
 
 def _bins(scope: DeckScope, name: str) -> list[str]:
@@ -73,6 +73,9 @@ class Models:
         kind = MODEL_TYPES.get(model.type)
         if kind is not None and kind.value_or_model:
             model.type = kind.model_types[0]
+        # a parameter of a module from .hdl keeps its name: tref is one of MEXTRAM's
+        own = {key for module in self.flat.modules.values() for key in module.parameters}
+        own = own.intersection(SPELLINGS) if kind is not None else set(SPELLINGS)
         for key, value in params.items():
             if isinstance(value, Node):
                 value = evaluate(value, owner)
@@ -80,7 +83,8 @@ class Models:
                 value = named  # a .param's name, without braces as in ngspice
             elif isinstance(value, list):
                 value = [evaluate(v, owner) if isinstance(v, Node) else v for v in value]
-            key = SPELLINGS.get(key, key)
+            if key not in own:
+                key = SPELLINGS.get(key, key)
             model.params.pop(key, None)  # of two names of one parameter the last holds
             model.params[key] = value
         said = [key for key in OF_ELEMENTS if key in model.params]

@@ -301,3 +301,11 @@ def test_a_parasitic_is_the_element_that_it_stands_for(name):
         for cards in (line, written_out)
     ]
     assert np.abs(small[0] - small[1]).max() < 1e-9
+
+
+def test_tref_of_a_model_is_tnom():
+    """LTspice's and HSPICE's word for the temperature of the parameters: of a diode and a transistor."""
+    cards = "V1 a 0 0.6\nD1 a 0 dm\nV2 b 0 0.65\nQ1 a b 0 qm\n.model dm D(is=1e-14 {0})\n.model qm NPN(is=1e-15 {0})\n.op"
+    found = [run(cards.format(word)).op["i(v1)"] for word in ("tref=77", "tnom=77", "tnom=27")]
+    assert found[0] == found[1]
+    assert abs(found[0]) < 0.01 * abs(found[2])
