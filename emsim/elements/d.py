@@ -109,7 +109,10 @@ class Diode(Element):
                 ctx.series[self.name] = (p, inner, conductance)
         except ValueError as trouble:
             span = self.model.param_spans.get(str(trouble).partition("=")[0], self.model.span)
-            ctx.sink.error("E299", f"`{self.name}`, .model `{self.model.name}`: {trouble}", span)
+            # by the law of the band gap a small vj falls below zero in the heat; currents hold no vj
+            cold = str(trouble).endswith("at its temperature") and model.get("tlevc") != 1.0
+            hint = "tlevc=1 in the .model keeps vj and cjo as they are given" if cold else None
+            ctx.sink.error("E299", f"`{self.name}`, .model `{self.model.name}`: {trouble}", span, hint)
 
     def account(self, ctx: Context, book: Accounts) -> None:
         """The engine keeps heat v i(v) and charge v dq of the junction; the series resistance is said here.

@@ -309,3 +309,11 @@ def test_tref_of_a_model_is_tnom():
     found = [run(cards.format(word)).op["i(v1)"] for word in ("tref=77", "tnom=77", "tnom=27")]
     assert found[0] == found[1]
     assert abs(found[0]) < 0.01 * abs(found[2])
+
+
+def test_a_small_vj_that_the_heat_takes_below_zero_names_tlevc():
+    """A published Schottky card at 85 degrees; ngspice 39 has 28.1605879 mA."""
+    card = "IS=2.117E-07 N=1.016 RS=2.637 CJO=1.114E-11 VJ=0.2013 M=0.3868 EG=0.69 XTI=2"
+    cards = "V1 a 0 0.3\nD1 a 0 d\n.model d D({})\n.temp 85\n.op"
+    assert any(code == "E299" and "tlevc=1" in said for code, said in refused(cards.format(card)))
+    assert run(cards.format(f"{card} tlevc=1")).op["i(v1)"] == pytest.approx(-0.0281605879, rel=1e-6)
