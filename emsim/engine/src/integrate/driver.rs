@@ -450,7 +450,7 @@ impl<'a, S: Sink> Run<'a, S> {
             None => method.begin(sys, self.w, first, &self.tol),
         };
         // dense output would not do for a row between the ends of a step; nothing bounds a step where nothing moves by itself
-        let still = !sys.differential.contains(&true);
+        let still = !fixed && !sys.differential.contains(&true);
         let mut s = Passage { h, first, normal: self.next.normal, coarse: still, ..Passage::default() };
         while self.until - self.t > self.slack && self.outcome.status == Status::Ok {
             if !self.w.halts.is_empty() && self.halts() {

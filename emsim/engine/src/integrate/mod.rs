@@ -236,6 +236,12 @@ pub fn reduces(sys: &System, o: &Options) -> bool {
     }
 }
 
+/// Does the method integrate equations whose hidden constraints were put in? Those that damp nothing keep what is not quite met, and
+/// refuse such equations by name.
+pub fn lowers(method: &str) -> bool {
+    !matches!(method, "rk45" | "dopri5" | "dop853" | "gauss" | "gauss4" | "gauss6") && !splits(method)
+}
+
 /// Does the method need circuit and machine apart (`System::split`)?
 pub fn splits(method: &str) -> bool {
     method == "multirate"

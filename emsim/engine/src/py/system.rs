@@ -49,7 +49,7 @@ impl System {
     /// What a run integrates by this method: equations of a lower index, where these hide constraints. Sensitivities are of these, and so
     /// is what the method shares out.
     fn integrable(&self, o: &Options, beside: bool) -> PyResult<Arc<crate::system::System>> {
-        if beside || integrate::splits(&o.method) {
+        if beside || !integrate::lowers(&o.method) {
             return Ok(self.inner.clone());
         }
         let made = self.integrated.get_or_init(|| self.inner.integrable(&mut lock(&self.graph)));
