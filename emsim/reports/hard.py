@@ -164,8 +164,8 @@ CASES = [
     Case(
         "ringing", "hard/ramp_capacitor.cir",
         "the current of a capacitor has no memory: the trapezoid's first error at a corner never leaves",
-        "i(v1) = -C dv/dt within 1 % of its range",
-        follows(0.01, ("i(v1)", ramp_current), behind=(0.0, 1.04e-3, 3.14e-3), settled=0.35e-3),
+        "i(b1) = -C dv/dt within 1 % of its range",
+        follows(0.01, ("i(b1)", ramp_current), behind=(0.0, 1.04e-3, 3.14e-3), settled=0.35e-3),
         {"trap": (RINGS,)} | fail(STOPS, by=EXPLICIT),
     ),
     *(
@@ -260,8 +260,8 @@ CASES = [
     Case(
         "capacitor loop", "hard/capacitor_loop.cir",
         "index 2: the source's current is a derivative",
-        "v(b) within 0.1 %, i(v1) within 3 % of the closed form",
-        follows(0.03, ("v(b)", wave(0.25, 1e3)), ("i(v1)", wave(-2.75e-6 * 2e3 * 3.141592653589793, 1e3, True)), settled=1e-4),
+        "v(b) within 0.1 %, i(b1) within 3 % of the closed form",
+        follows(0.03, ("v(b)", wave(0.25, 1e3)), ("i(b1)", wave(-2.75e-6 * 2e3 * 3.141592653589793, 1e3, True)), settled=1e-4),
         fail(STOPS, by=EXPLICIT),
     ),
     Case(
@@ -278,15 +278,12 @@ CASES = [
         ends(1e-5, v_p=-0.535508707927, v_n=-14.248928806111, i_l1=-0.980974170361),
         fail(STOPS, by=EXPLICIT), reltol=1e-6,
     ),
-    *(
-        Case(
-            f"gain {label}", "hard/gain_loop.cir",
-            "a controlled source takes the capacitor away: the time constant, then the state",
-            "v(a) = v(in) within 0.1 %",
-            follows(1e-3, ("v(a)", wave(1, 1e3)), settled=1e-5),
-            fail(STOPS, by=EXPLICIT), {"g": g}, reltol=1e-3,
-        )
-        for label, g in (("1 - 1e-9", "0.999999999"), ("1", "1"))
+    Case(
+        "gain 1 - 1e-9", "hard/gain_loop.cir",
+        "a controlled source takes the capacitor away: a time constant of 1e-12 s beside 1 ms",
+        "v(a) = v(in) within 0.1 %",
+        follows(1e-3, ("v(a)", wave(1, 1e3)), settled=1e-5),
+        fail(STOPS, by=EXPLICIT), {"g": "0.999999999"}, reltol=1e-3,
     ),
     Case(
         "PWM, blind", "hard/pwm_blind.cir",
