@@ -295,7 +295,7 @@ def test_tunable_parameters_before_the_run_are_those_of_the_deck(tmp_path: Path,
     agree(found, emsim.run(text, defines={"gain": "7"}), names)
 
 
-SERVO = """numbers of machine cards from outside
+MACHINE = """numbers of machine cards from outside
 .param kt=20m
 V1 in 0 3
 BODY arm shape=rod(0.3) m=0.2
@@ -310,10 +310,10 @@ MOTOR m1 in 0 hinge kt={kt} r=2 l=1m j=2u gear=30
 
 
 def test_numbers_of_machine_cards_come_from_outside(tmp_path: Path) -> None:
-    path = written(tmp_path, SERVO, 3)
+    path = written(tmp_path, MACHINE, 3)
     given = {"kt": 0.03, "arm(m)": 0.35, "hinge(damp)": 5e-3, "m1(r)": 1.5, "m1(gear)": 20.0}
     found = by_fmpy(path, None, 5e-3, 0.5, start_values=given)
-    text = SERVO.replace(
+    text = MACHINE.replace(
         ".fmu param=kt,arm(m),hinge(damp),m1(r),m1(gear) out=angle(hinge),i(m1)",
         ".print tran angle(hinge) i(m1)",
     )
@@ -330,7 +330,7 @@ def test_numbers_of_machine_cards_come_from_outside(tmp_path: Path) -> None:
 
 def test_a_value_with_other_equations_is_refused(tmp_path: Path) -> None:
     """A motor without resistance is another circuit than one with: the card has decided by the value that the deck states."""
-    one = Slave(tmp_path, written(tmp_path, SERVO, 3))
+    one = Slave(tmp_path, written(tmp_path, MACHINE, 3))
     one.set("m1(r)", -2.0)
     with pytest.raises(Exception, match=r"."):
         one.begin()
@@ -340,7 +340,7 @@ def test_a_value_with_other_equations_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["hinge(zero)", "arm(shape)"])
 def test_what_a_card_needs_before_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(emsim.DeckError, match="E381"):
-        written(tmp_path, SERVO.replace("param=kt,", f"param={name},"), 3)
+        written(tmp_path, MACHINE.replace("param=kt,", f"param={name},"), 3)
 
 
 @VERSIONS
