@@ -25,7 +25,7 @@ def test_capacitor_loop(method):
     assert np.abs(np.asarray(r["i(b1)"]) - want)[t > 1e-4].max() < tol * np.ptp(want)
 
 
-METHODS = ("auto", "trap", "gear", "radau", "esdirk", "trbdf2", "gauss", "rk45", "dop853")
+METHODS = ("auto", "trap", "gear", "radau", "esdirk", "trbdf2")
 W = 2e3 * np.pi
 SLOPES = {  # what the slopes of sources decide: cards, an unknown, its closed form
     "capacitors on a source": (
@@ -50,7 +50,7 @@ SLOPES = {  # what the slopes of sources decide: cards, an unknown, its closed f
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("case", SLOPES)
 def test_what_slopes_of_sources_decide_is_right_by_every_method(case, method):
-    """Explicit methods and gauss refused these as of index 2, and trap rang behind the ramp."""
+    """trap rang behind the ramp. (Explicit methods and gauss, which damp nothing, refuse such decks by name.)"""
     cards, name, want = SLOPES[case]
     r = run(f"{case}\n{cards}\n.tran 20u 3m\n.end\n", f"method={method}")
     t = np.asarray(r.time)
