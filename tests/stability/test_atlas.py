@@ -116,7 +116,7 @@ def rows():
 
 
 def test_names_narrow_rows_and_columns(rows):
-    assert [row[0].case.name for row in rows] == ["ringing", "gain 1 - 1e-9"]
+    assert [row[0].case.name for row in rows] == ["ringing", "gain 1 - 1e-9", "gain 1"]
     assert [cell.method for cell in rows[0]] == ["trap", "gear", "auto"]
 
 
@@ -124,7 +124,7 @@ def test_table(rows):
     lines = atlas.table_lines(rows)
     assert lines[0].split() == ["trap", "gear", "auto"]
     assert lines[1].split() == ["ringing", "rings", "ok", "ok"]
-    assert re.match(r"2 cases, 0 not as", lines[-1])
+    assert re.match(r"3 cases, 0 not as", lines[-1])
     assert "\x1b[35m     rings\x1b[0m" in atlas.table_lines(rows, colour=True)[1]
 
 
@@ -133,7 +133,7 @@ def test_files(rows, tmp_path):
         atlas.write(str(tmp_path / name), rows)
     with open(tmp_path / "a.csv", newline="") as file:
         table = list(csv.DictReader(file))
-    assert len(table) == 6 and table[0]["verdict"] == "rings" and float(table[0]["steps"]) == 60
+    assert len(table) == 9 and table[0]["verdict"] == "rings" and float(table[0]["steps"]) == 60
     assert "| ringing | rings 40 % | ok" in (tmp_path / "a.md").read_text()
     assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG" and "<svg" in (tmp_path / "a.svg").read_text()
 
@@ -145,7 +145,7 @@ def test_the_verb(tmp_path, monkeypatch, capsys):
     assert main(given) == 0
     assert capsys.readouterr().out.splitlines()[0].split() == ["trap", "auto"]
     assert page.exists() and table.exists()
-    assert main(["chart", "--hard", "gain", "auto", "--json"]) == 0
+    assert main(["chart", "--hard", "gain 1", "auto", "--json"]) == 0
     cells = json.loads(capsys.readouterr().out)["cells"]
     assert {cell["verdict"] for cell in cells} == {"ok"}
     capsys.readouterr()

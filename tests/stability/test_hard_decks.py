@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from support import deck, run
 
+import emsim
+
 
 def test_stiff_van_der_pol():
     r = run(deck("hard/stiff_van_der_pol"))
@@ -49,14 +51,21 @@ SLOPES = {  # what the slopes of sources decide: cards, an unknown, its closed f
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("case", SLOPES)
-def test_what_slopes_of_sources_decide_is_right_by_every_method(case, method):
-    """trap rang behind the ramp. (Explicit methods and gauss, which damp nothing, refuse such decks by name.)"""
+def test_what_slopes_of_sources_decide_is_right_by_what_damps(case, method):
+    """Trap rang behind the ramp. Explicit methods and gauss refuse these by name."""
     cards, name, want = SLOPES[case]
     r = run(f"{case}\n{cards}\n.tran 20u 3m\n.end\n", f"method={method}")
     t = np.asarray(r.time)
     # (rows that stand at a corner may show either side)
     late = np.abs(t[:, None] - [1.04e-3, 2.14e-3]).min(axis=1) > 1e-6
     assert np.abs(np.asarray(r[name]) - want(t))[late].max() < 1e-3 * np.ptp(want(t))
+
+
+@pytest.mark.parametrize("method", ["gauss", "rk45", "dop853"])
+@pytest.mark.parametrize("case", SLOPES)
+def test_what_slopes_of_sources_decide_is_refused_by_what_does_not_damp(case, method):
+    with pytest.raises(emsim.ConvergenceError, match="E413"):
+        run(f"{case}\n{SLOPES[case][0]}\n.tran 20u 3m\n.end\n", f"method={method}")
 
 
 @pytest.mark.parametrize("method", ["radau", "esdirk"])
