@@ -160,7 +160,7 @@ def test_a_mistake_appears_at_its_line_and_goes_with_the_fix(edited: Any, watch:
     assert page.evaluate("() => getComputedStyle(document.querySelector('main')).filter") == "grayscale(1)"
     # the last good run is still there
     assert page.evaluate("() => window.emsim.waves.panels.length") == 2
-    page.locator("#said button").click()
+    page.get_by_role("button", name="show the line").click()
     line = page.locator("#sheet-deck .bad")
     assert line.text_content() == DECK.splitlines()[4].replace("m={m}", "m={mm}")
     assert line.is_visible()
@@ -177,7 +177,7 @@ def test_a_page_that_begins_with_a_mistake(edited: Any, watch: Any) -> None:
     page = watch(url)
     page.locator("#said pre").wait_for()
     assert page.locator("main").is_hidden()
-    page.locator("#said button").click()
+    page.get_by_role("button", name="show the line").click()
     assert page.locator("#sheet-deck .bad").is_visible()
     deck.write_text(DECK)
     until(page, SHOWN)
