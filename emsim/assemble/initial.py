@@ -56,9 +56,18 @@ def voltages(ctx: Context) -> dict[str, float]:
     for name, value, span in ctx.flat.ics:
         if name in ctx.nodes:
             _join(ctx, levels, (name, GROUND, float(value)), f"node `{name}` begins", span)
+    reached = {name for name in ctx.nodes if levels.find(name)[0] == GROUND}
+    # one without ic= has the difference of what .ic says of its nodes, 0 where it says nothing, as in ngspice: not what the ic= of
+    # others comes to
+    said = {name: float(value) for name, value, _ in ctx.flat.ics}
+    for e in ctx.elements.values():
+        if e.letter == "c" and "ic" not in e.params and not isinstance(e.value, Node):
+            a, b = ("0" if n == "gnd" else n for n in e.nodes[:2])
+            if a != b:
+                levels.join(a, b, said.get(a, 0.0) - said.get(b, 0.0))
     for name in ctx.nodes:
         root, above = levels.find(name)
-        if root == GROUND:
+        if root == GROUND and (name in reached or above):
             given[name] = above
     return given
 

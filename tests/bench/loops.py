@@ -68,7 +68,7 @@ def measured(loop: Loop, result: emsim.Result, said: tuple[str, ...] = ()) -> Ou
     for name in loop.means:
         v = np.asarray(result[name])
         means[name] = float(np.trapezoid(v[late], t[late]) / (t[late][-1] - t[late][0]))
-        ranges[name] = float(np.ptp(v))
+        ranges[name] = float(np.ptp(v[late]))
     for name, (low, high) in loop.limits.items():
         v = np.asarray(result[name])
         beyond[name] = float(max(low - v.min(), v.max() - high, 0.0) / (high - low))

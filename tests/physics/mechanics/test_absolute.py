@@ -17,7 +17,7 @@ SPECIAL = {
     "mechanical/ref_double_pendulum": (1e-11, "0.05 2"),  # chaotic
     "mechanical/bricard": (1e-8, "10m 1"),
     # forty flat windows in maximal coordinates: radau stops beside one at most tolerances tighter and looser than this
-    "mechanical/ref_n_four_bar_40": (8e-9, None),
+    "mechanical/ref_n_four_bar_40": (6e-9, None),
     # nothing is left to integrate: how good the forces are is a matter of the step alone
     "mechanical/driven_slider_crank": (1e-9, "5m 0.5 0 0.5m"),
     "mechanical/scotch_yoke": (1e-9, "2m 0.4 0 0.5m"),
