@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
-    from .._engine import Expr
+    from ._engine import Expr
 
 
 class Opened(dict[str, float]):

@@ -96,12 +96,14 @@ class Binding:
 
     def _opened(self, raw: MachineCard, kind: type[Card]) -> MachineCard:
         """The card with what comes from outside as open numbers, where it wants plain ones."""
-        inputs, params = self.ctx.flat.inputs, dict(raw.params)
+        inputs = self.ctx.flat.inputs
+        params: dict[str, Any] = dict(raw.params)
         assert inputs is not None
         for key, value in raw.params.items():
-            of = set(names(value)) if isinstance(value, Node) else set()
-            plain = key in kind.spec.params and kind.spec.params[key].kind == "number"
-            if plain and of and of <= inputs.keys():
+            if not isinstance(value, Node) or key not in kind.spec.params:
+                continue
+            of = set(names(value))
+            if kind.spec.params[key].kind == "number" and of and of <= inputs.keys():
                 place = raw.param_spans.get(key, raw.span)
                 start = evaluate(value, Scope(inputs))
                 params[key] = OpenNumber(self.ctx.compile(value, place), start, frozenset(of), inputs)

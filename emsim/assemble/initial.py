@@ -57,8 +57,8 @@ def voltages(ctx: Context) -> dict[str, float]:
         if name in ctx.nodes:
             _join(ctx, levels, (name, GROUND, float(value)), f"node `{name}` begins", span)
     reached = {name for name in ctx.nodes if levels.find(name)[0] == GROUND}
-    # one without ic= has the difference of what .ic says of its nodes, 0 where it says nothing, as in ngspice: not what the ic= of
-    # others comes to
+    # one without ic= has the difference of what .ic says of its nodes, 0 where it says nothing, as in ngspice: not what the
+    # ic= of others comes to
     said = {name: float(value) for name, value, _ in ctx.flat.ics}
     for e in ctx.elements.values():
         if e.letter == "c" and "ic" not in e.params and not isinstance(e.value, Node):

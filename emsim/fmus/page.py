@@ -60,7 +60,9 @@ class Computing:
         self.scene = None if drawing is None else drawing.data()
         self.circuit = None if flows is None else flows.data()
         for part in (drawing, flows):
-            outputs += [(c.expr, c.name) for c in part.channels] if part is not None else []
+            outputs += (
+                [(c.expr, c.name) for c in part.channels if c.expr is not None] if part is not None else []
+            )
         self.inputs = [(p.name, p.unit, p.start, p.says) for p in deck.ports]
         self.packed = pack(assembly, tran, [(p.name, p.start, "tunable") for p in deck.ports], outputs, "")
 

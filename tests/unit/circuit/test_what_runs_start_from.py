@@ -39,7 +39,7 @@ def test_a_regulator_without_an_operating_point_starts_within_its_limits_and_say
     assert r.measures["early"] == pytest.approx(5.20, abs=0.1)
     codes = [d.code for d in r.diagnostics]
     # (trap may find its comparator at the threshold for a while)
-    assert codes == ["W418"] or method == "trap" and codes == ["W418", "W405"]
+    assert codes == ["W418"] or (method == "trap" and codes == ["W418", "W405"])
 
 
 def test_a_start_by_uic_needs_no_substitute() -> None:
