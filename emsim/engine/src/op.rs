@@ -362,7 +362,7 @@ pub fn operating_point(
     o: &Options,
     tol: &Tolerances,
     statics: bool,
-    x: &mut Vec<f64>,
+    x: &mut [f64],
 ) -> Result<(), NoPoint> {
     w.gmin = o.gmin;
     (w.hanging, w.substitute) = (None, None);
@@ -377,7 +377,7 @@ pub fn operating_point(
     }
     let singular = |why| NoPoint { why, tried: vec![] };
     let dc = Dc::new(sys, !statics, !w.dc, o.reltol, x).map_err(singular)?;
-    let mut search = Search { dc, o, tol, start: x.clone(), tried: Vec::new(), hung: None };
+    let mut search = Search { dc, o, tol, start: x.to_vec(), tried: Vec::new(), hung: None };
     search.begin(w, x);
     if !search.dc.pairs.is_empty() {
         return search.rest(w, x);
@@ -409,7 +409,7 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// First solutions: with nodes held where the deck says so, without devices that are off, with switches as their cards say.
-    fn begin(&mut self, w: &mut Work, x: &mut Vec<f64>) {
+    fn begin(&mut self, w: &mut Work, x: &mut [f64]) {
         let (sys, dc, most) = (self.dc.sys, &mut self.dc, self.o.itl1);
         // `.ic` is about the start of a run: where sources have their DC values it counts for nothing
         let forces: Vec<_> = sys.forces.iter().filter(|f| f.release || !w.dc).collect();
@@ -464,7 +464,7 @@ impl Search<'_> {
     }
 
     /// A machine comes to rest: electrical unknowns first, then downhill.
-    fn rest(mut self, w: &mut Work, x: &mut Vec<f64>) -> Result<(), NoPoint> {
+    fn rest(mut self, w: &mut Work, x: &mut [f64]) -> Result<(), NoPoint> {
         let (sys, dc) = (self.dc.sys, &mut self.dc);
         if let Ok(mut held) = Dc::new(sys, true, !w.dc, self.o.reltol, x) {
             let _ = held.newton(w, x, 0.0, None, self.tol, self.o.itl1);
@@ -524,7 +524,7 @@ impl Search<'_> {
         }
         // a matrix that is singular whatever the shunts are has no point to find
         if !matches!(&why, Failure::Singular(s) if s.structural) {
-            match self.from_afar(w, x, &why) {
+            match self.search_from_afar(w, x, &why) {
                 Ok(true) => return Ok(()),
                 Ok(false) => {}
                 Err(e) => why = e,
@@ -540,7 +540,7 @@ impl Search<'_> {
 
     /// By homotopies: conductances to ground that fall, sources that grow, time. False: all that was found hangs on gmin. `why`: what
     /// Newton's method said.
-    fn from_afar(&mut self, w: &mut Work, x: &mut [f64], why: &Failure) -> Result<bool, Failure> {
+    fn search_from_afar(&mut self, w: &mut Work, x: &mut [f64], why: &Failure) -> Result<bool, Failure> {
         let (tol, o, gmin) = (self.tol, self.o, self.o.gmin);
         self.tried.push("gmin stepping".into());
         self.reset(w, x);
