@@ -17,6 +17,7 @@ RESULTS = {
     "raw": "vectors, by write",
     **dict.fromkeys(("txt", "dat", "data", "csv", "tsv", "prn", "out", "log"), "text and columns"),
     "s2p": "S parameters",
+    "vcd": "digital nodes",
     **dict.fromkeys(("png", "svg", "pdf", "ps", "eps"), "pictures"),
 }
 
