@@ -1,5 +1,5 @@
-//! A deck as bytes: what Python hands to the engine, for an engine without Python, that of an FMU (fmi/) or of a page (page.rs). Graph and model are those that `System::compile` takes,
-//! so that both ways lead through one door.
+//! A deck as bytes: what Python hands to an engine without Python, that of an FMU (fmi/) or of a page (page.rs). Graph and model
+//! are those that `System::compile` takes, so that both ways lead through one door.
 pub mod instance;
 
 use crate::graph::{Graph, Id};
