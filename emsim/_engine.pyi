@@ -491,9 +491,11 @@ class Waveforms:
 class Trees:
     """Syntax trees by the tables of grammar/*.lark: (rule, [children]), leaves are made by `leaf`, a class of str
     with `type`, `start_pos` and `end_pos`. `plain`: rule -> (number of words, is the last one a number?) of the
-    cards that come as words in place of a tree."""
+    cards that come as words in place of a tree; `handed_back`: first words of lines that are not read."""
 
-    def __init__(self, leaf: type[str], plain: dict[str, tuple[int, bool]]) -> None: ...
+    def __init__(
+        self, leaf: type[str], plain: dict[str, tuple[int, bool]], handed_back: list[str]
+    ) -> None: ...
     def line(self, text: str, start: str) -> Any:
         """The tree of a line, or None where Lark has to say what is the matter. UnicodeEncodeError: a text that
         is no Unicode."""

@@ -12,11 +12,13 @@ from . import syntax
 from .build_dots import DotCards
 from .build_elements import ElementCards
 from .build_expr import expression, extent
+from .cards import CARDS
 from .deck import Analysis, Deck, Dot
 from .diagnostics import DeckError, Diagnostic, OutsideError, Sink, Span, suggest
 from .elements import LETTERS, Element
+from .marks import card_class, start_of
 from .source import Line, NoCollection, Reading, SourceFile, decode, load
-from .syntax import CARD_WORDS, LineError, parse_line
+from .syntax import LineError, parse_line
 from .units import spice_number
 
 TYPE_CHECKING = False
@@ -318,7 +320,7 @@ class _Builder(ElementCards, DotCards):
         return found
 
     def unread_line(self, line: Line) -> Any:
-        """A line that the native parser did not accept: Lark knows why, or can read it after all."""
+        """A line that the native parser did not read: a machine card, or what Lark knows the fault of, or can read."""
         first = line.text[0]
         if first == ".":
             return self.unread_dot(line)
@@ -326,11 +328,7 @@ class _Builder(ElementCards, DotCards):
             return None  # closes the model above; ngspice passes it over
         if first not in _LETTERS:
             raise LineError(_not_a_card(line))
-        word = syntax.first_word(line.text)
-        if word not in CARD_WORDS:
-            rule, children = parse_line(line, "element")
-            return self.convert(rule, children, line)
-        rule, children = parse_line(line, "card")
+        rule, children = parse_line(line, start_of(line))
         return self.convert(rule, children, line)
 
     def unread_dot(self, line: Line) -> Any:
@@ -387,11 +385,9 @@ class _Builder(ElementCards, DotCards):
         first = words[0].lower()
         if first[0] == ".":
             return first in _TITLES_BY_SLIP
-        if first in CARD_WORDS:
-            from .mistakes import is_machine_card
-
+        if first.upper() in CARDS:
             start = self.file.text.index(title)
-            return is_machine_card(Line(self.file, 1, 1, start, start + len(title)))
+            return card_class(Line(self.file, 1, 1, start, start + len(title))) is not None
         if len(words) < 4 or not self.has_nodes(first[0]) or not first[-1].isdigit():
             return False
         wave = words[3].lower().startswith(("pulse(", "sin(", "exp(", "pwl("))

@@ -146,7 +146,7 @@ class DotCards(Cards):
 
     def on_text(self, ch: list[Any], line: Line) -> Any:
         kind = str(ch[0][1:].lower())
-        rest = line.text[ch[1].start_pos : code_end(line.text)[0]] if len(ch) > 1 else ""
+        rest = line.text[ch[1].start_pos : code_end(line.text)] if len(ch) > 1 else ""
         if kind == "title":
             self.deck.title = rest
         elif kind == "hdl":
@@ -185,7 +185,7 @@ class DotCards(Cards):
         import re
 
         found: list[Any] = []
-        start, end = (ch[1].start_pos, code_end(line.text)[0]) if len(ch) > 1 else (0, 0)
+        start, end = (ch[1].start_pos, code_end(line.text)) if len(ch) > 1 else (0, 0)
         for word in re.finditer(
             rf"\{{[^}}]*\}}|[^\s({between}]*\([^)]*\)|[^\s{between}]+", line.text[start:end]
         ):
@@ -240,7 +240,7 @@ class DotCards(Cards):
 
     def piece_by_piece(self, line: Line, word: str) -> Any:
         """A card that asks for signals, of which some cannot be read: those get a warning and are left out."""
-        pieces = list(_pieces(line.text[: code_end(line.text)[0]], len(word)))
+        pieces = list(_pieces(line.text[: code_end(line.text)], len(word)))
         kind = "tran"
         if word == ".print" and pieces and line.text[slice(*pieces[0])].lower() in PRINT_KINDS:
             kind = line.text[slice(*pieces.pop(0))].lower()

@@ -21,7 +21,7 @@ _PIECE = re.compile(
 
 def fmu(line: Line, start: int) -> Dot:
     """The card whose words begin at `start` of the line; items: list -> its probes. Raises LineError (E380)."""
-    text = line.text[: code_end(line.text)[0]]
+    text = line.text[: code_end(line.text)]
     lists: dict[str, list[Probe]] = {}
     into: list[Probe] | None = None
     at = start

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .build_elements import form
 from .build_expr import braces_around, error_at, extent, machine_value, node_name, parts
+from .cards import CARDS
 from .deck import MachineCard, Ref, Waveform
 from .expr import Node
 from .source import Line
@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from typing import Any
 
 WAVES = frozenset(("pulse", "sin", "exp", "pwl", "sffm", "am"))
-# cards whose second and later plain words can be a value
-_VALUED = frozenset(("FORCE", "TORQUE", "DRIVE"))
 
 
 def _wave(item: Any, line: Line) -> Waveform:
@@ -30,7 +28,7 @@ def _wave(item: Any, line: Line) -> Waveform:
 
 
 def machine_card(ch: list[Any], line: Line) -> MachineCard:
-    """The one rule of mechanics.lark that is no dot card."""
+    """A line by the one rule of mechanics.lark that is a card."""
     kind = str(ch[0]).upper()
     card = MachineCard(kind, str(ch[1].lower()), [], {}, None, line.span(ch[0]), {}, line)
     for item in ch[2:]:
@@ -56,12 +54,14 @@ def machine_card(ch: list[Any], line: Line) -> MachineCard:
 
 def _group(card: MachineCard, item: Any, line: Line) -> None:
     """Names in parentheses behind the card's own: the nodes of several windings, several joints."""
-    if card.kind != "TRANSDUCER":
-        raise error_at("E102", "`(` does not fit here", line, item, form(card.kind.lower()))
+    if not CARDS[card.kind].grouped:
+        raise error_at("E102", "`(` does not fit here", line, item, CARDS[card.kind].spec.form)
     names = parts(item[1])
     for name in names:
         if name.__class__ is tuple:
-            raise error_at("E102", "names of nodes or joints stand here", line, name, form(card.kind.lower()))
+            raise error_at(
+                "E102", "names of nodes or joints stand here", line, name, CARDS[card.kind].spec.form
+            )
         card.args.append(Ref(node_name(name), None, line.span(name)))
     card.groups = (*card.groups, len(names))
 
@@ -70,7 +70,7 @@ def _is_value(card: MachineCard, word: Any) -> bool:
     """Whether a positional word is a value: 0 may be ground and nodes may have numbers for names."""
     if split_number(word) is None:
         return False
-    return card.kind == "POINT" or bool(card.params) or (card.kind in _VALUED and bool(card.args))
+    return card.kind == "POINT" or bool(card.params) or (CARDS[card.kind].valued and bool(card.args))
 
 
 def _setting(card: MachineCard, item: Any, line: Line) -> None:
@@ -104,7 +104,7 @@ def _positional(card: MachineCard, value: Any, item: Any, line: Line) -> None:
             f"{card.kind} has a second value here",
             line,
             item,
-            form(card.kind.lower()),
+            CARDS[card.kind].spec.form,
         )
     elif isinstance(value, Waveform):
         card.wave = value
@@ -136,4 +136,4 @@ def _point(card: MachineCard, line: Line, name: Any) -> None:
     at = card.params.get("at", ())
     assert isinstance(at, tuple)
     if card.args or len(at) not in (2, 3):
-        raise error_at("E109", "POINT needs x and y, in space z too", line, name, form("point"))
+        raise error_at("E109", "POINT needs x and y, in space z too", line, name, CARDS["POINT"].spec.form)

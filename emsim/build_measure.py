@@ -41,7 +41,7 @@ _WORD = re.compile(r"[a-z_]+(?![\w.@#])", re.IGNORECASE)
 
 def measure(line: Line, start: int) -> Measure:
     """The card whose words begin at `start` of the line. Raises LineError."""
-    text = _blanked(line.text[: code_end(line.text)[0]])
+    text = _blanked(line.text[: code_end(line.text)])
     head = re.compile(r"\s*(\S+)(?:\s+(\S+))?").match(text, start)
     if head is None:
         raise wrong(line.whole, ".meas needs a name and what it measures")
@@ -99,7 +99,7 @@ def _blanked(text: str) -> str:
         return text
     lines = []
     for k, part in enumerate(text.split("\n")):
-        kept = part[: code_end(part)[0]] if k == 0 or not part.lstrip().startswith("*") else ""
+        kept = part[: code_end(part)] if k == 0 or not part.lstrip().startswith("*") else ""
         if k and kept.lstrip().startswith("+"):
             kept = kept.replace("+", " ", 1)
         lines.append(kept.ljust(len(part)))
@@ -183,7 +183,7 @@ def _piece(line: Line, text: str, start: int, end: int) -> Node:
 
 def fourier(line: Line, start: int) -> Measure:
     """`.four f v(a) v(b) ...`: a clause for each signal, with the frequency among its values. Raises LineError."""
-    text = _blanked(line.text[: code_end(line.text)[0]])
+    text = _blanked(line.text[: code_end(line.text)])
     places = [at for at in _outside(text, start) if text[at] in " \t,"]
     starts = [at + 1 for at in places if text[at + 1 : at + 2] not in ("", " ", "\t", ",")]
     ends = [min((p for p in (*places, len(text)) if p > at), default=len(text)) for at in starts]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .syntax import Tree
 
 PARTS = ("deck", "lexical", "spice", "mechanics", "expression", "control")
-STARTS = ("dot", "card", "element", "command", "expression", "vectors", "let")
+STARTS = ("dot", "machine_card", "element", "command", "expression", "vectors", "let")
 
 _parser: Any = None
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import re
 
+from . import dots
+from .cards import CARDS
 from .diagnostics import Diagnostic, Fix, Span, suggest
 from .elements import LETTERS
 from .lark_grammar import parser
+from .marks import card_class
 from .source import Line
-from .syntax import CARD_WORDS, LineError, code_end, first_word
+from .syntax import LineError, code_end, first_word, uncommented
 from .units import spice_number
 
 TYPE_CHECKING = False
@@ -107,80 +110,24 @@ FORMS = {
     ".sens": ".sens v(out) [ac dec|oct|lin points fstart fstop]",
     ".sp": ".sp dec|oct|lin points fstart fstop",
     ".modes": ".modes [static]",
-    ".param": ".param name=value [name={expression} ..]",
-    ".func": ".func name(a,b) {expression}",
-    ".model": ".model name type(parameter=value ..)",
-    ".subckt": ".subckt name node .. [parameter=default ..]",
-    ".include": ".include file",
-    ".lib": ".lib file section",
-    ".ic": ".ic v(node)=value ..",
-    ".nodeset": ".nodeset v(node)=value ..",
-    ".print": ".print tran v(node) i(Vname) {expression} ..",
-    ".if": ".if (condition)",
-    "body": "BODY name m= [j=] [com=(x,y)] [shape=rod(l)|box(w,h)|disc(r)]",
-    "point": "POINT body.name x y [z]",
-    "joint": "JOINT name A B kind [axis=(x,y)] [zero=] [ic=] [damp=]",
-    "motor": "MOTOR name n+ n- joint kt= (or ke=, kv=) [r=] [l=] [j=] [b=] [gear=]",
-    "pot": "POT name top wiper bottom joint r= range=(a,b)",
-    "spring": "SPRING name joint k= [q0=], or SPRING name P Q k= [l0=]",
-    "damper": "DAMPER name joint c=, or DAMPER name P Q c=",
-    "friction": "FRICTION name joint fc= [fs=] or mu= [mus=] [radius=] [vs=] [b=]",
-    "freewheel": "FREEWHEEL name joint dir=1",
-    "stop": "STOP name joint [min=] [max=] [e=] or k= [c= or e=]",
-    "gear": "GEAR name j1 j2 ratio=",
-    "belt": "BELT name j1 j2 r1= r2= k= [c=] [f0=] [cross=yes]",
-    "cam": "CAM name follower cam lift={expression} [k= or e=]",
-    "force": "FORCE name P dir=(x,y) value|{expression}|PULSE(..)",
-    "torque": "TORQUE name joint tau=value|{expression}|PULSE(..)",
-    "drive": "DRIVE name joint q={expression}",
-    "contact": "CONTACT name P Q line=(nx,ny) or rq= [r=] [e=] or k= [c= or e=]",
-    "transducer": "TRANSDUCER name n+ n- joint C={..}|L={..}|K={..}|W={..}, or name (n1+ n1- n2+ n2- ..) (j1 j2 ..) W={..}",
-}
-
-
-# a machine card is told from a SPICE line by its mark
-MARKS = {
-    "body": "m=, shape= or fixed=",
-    "point": "a name with a dot",
-    "joint": "its kind (pin, slide, weld, free, planar, pinslot, rod, ball, universal, cylinder or screw) as the fourth word",
-    "motor": "kt=, ke=, kv=, vnom= or model=",
-    "pot": "range=",
-    "spring": "k=",
-    "damper": "c=",
-    "friction": "fc= or mu=",
-    "freewheel": "dir=",
-    "stop": "min= or max=",
-    "gear": "ratio= or lead=",
-    "belt": "r1=",
-    "cam": "lift=",
-    "force": "dir=, fx= or fy=",
-    "torque": "tau=",
-    "drive": "q= or qd=",
-    "contact": "k=, e=, line= or rq=",
-    "transducer": "C=, L=, K= or W=",
+    **{word: form for word, (form, _) in dots.CARDS.items()},
 }
 
 
 def missing_mark(word: str) -> str:
     """Why a line that begins with a card word was read as SPICE, as a hint."""
+    card = CARDS[word.upper()]
     return (
-        f"a {word.upper()} card needs {MARKS[word]}; without it the line is SPICE element {word[0].upper()}\n"
-        f"form: {FORMS[word]}"
+        f"a {word.upper()} card needs {card.mark_in_words()}; without it the line is SPICE element {word[0].upper()}\n"
+        f"form: {card.spec.form}"
     )
-
-
-def is_machine_card(line: Line) -> bool:
-    """Whether the line carries its card's mark, by the grammar's own terminal."""
-    word = first_word(line.text).upper()
-    pattern = next(t.pattern for t in parser().terminals if t.name == word)
-    return re.match(pattern.to_regexp(), line.text) is not None
 
 
 def form_of(line: Line, start: str) -> str | None:
     """The form of the card on this line, for a hint."""
     word = first_word(line.text)
-    if start == "card" and word in CARD_WORDS:
-        return FORMS[word]
+    if start == "machine_card" and word.upper() in CARDS:
+        return CARDS[word.upper()].spec.form
     return FORMS.get(word) or FORMS.get(word[:1])
 
 
@@ -203,7 +150,7 @@ def _explain(line: Line, start: str, error: Any) -> Diagnostic:
     at = getattr(error, "pos_in_stream", None)
     if token is not None and token.type != "$END":
         at = token.start_pos
-    code, _ = code_end(text)
+    code = code_end(text)
     accepts = set(getattr(error, "accepts", None) or getattr(error, "expected", None) or ())
     accepts |= set(getattr(error, "allowed", None) or ())
     wanted = _wanted(accepts)
@@ -280,7 +227,7 @@ def _unbalanced(line: Line) -> Diagnostic | None:
     """An unclosed or unopened bracket or quote, when the line has one."""
     closing = {")": "(", "}": "{"}
     stack: list[tuple[int, str]] = []
-    for at, c in code_end(line.text)[1]:
+    for at, c in enumerate(uncommented(line.text)):
         if c in "\"'":
             if stack and stack[-1][1] == c:
                 stack.pop()
@@ -344,10 +291,10 @@ def line_at(span: Span) -> Line:
 def other_card(line: Line) -> Diagnostic | None:
     """What a line that is no element was meant as: a machine card without its mark, a dot card without its dot."""
     word = first_word(line.text)
-    if word in CARD_WORDS:
-        return None if is_machine_card(line) else _unmarked(line, word)
+    if word.upper() in CARDS:
+        return None if card_class(line) else _unmarked(line, word)
     pattern = DOTLESS.get(word)
-    if pattern is None or not re.match(word + pattern, line.text[: code_end(line.text)[0]], re.I | re.S):
+    if pattern is None or not re.match(word + pattern, line.text[: code_end(line.text)], re.I | re.S):
         return None
     span = line.span_at(0, len(word))
     fix = Fix(Span(span.file, span.line, span.col, span.col), ".", f"write `.{word}`")
@@ -355,20 +302,6 @@ def other_card(line: Line) -> Diagnostic | None:
     return Diagnostic("error", "E105", said, span, f"write `.{word}`", fixes=[fix])
 
 
-# what people write on a card, and what it is called; "" is a value without a name
-MEANT = {
-    "body": {"mass": "m={}", "j": "m=0 j={}", "inertia": "m=0 j={}"},
-    "motor": {"k": "kt={}", "km": "kt={}", "": "kt={}"},
-    "spring": {"": "k={}", "c": "k={}", "rate": "k={}", "stiffness": "k={}"},
-    "damper": {"": "c={}", "d": "c={}", "b": "c={}", "damp": "c={}"},
-    "friction": {"": "fc={}", "f": "fc={}", "c": "fc={}", "tau": "fc={}"},
-    "freewheel": {"": "dir={}"},
-    "stop": {"lo": "min={}", "low": "min={}", "lower": "min={}", "hi": "max={}", "high": "max={}", "upper": "max={}"},
-    "gear": {"": "ratio={}", "n": "ratio={}", "i": "ratio={}", "gear": "ratio={}"},
-    "force": {"": "dir=(1,0) {}", "f": "dir=(1,0) {}", "force": "dir=(1,0) {}", "value": "dir=(1,0) {}"},
-    "torque": {"": "tau={}", "t": "tau={}", "m": "tau={}", "torque": "tau={}", "value": "tau={}"},
-    "drive": {"": "q={}", "pos": "q={}", "angle": "q={}", "speed": "qd={}", "omega": "qd={}", "w": "qd={}"},
-}  # fmt: skip
 _ITEM = re.compile(
     r"(?:([^\s=(){},;\"']+)\s*=\s*)?((?:[^\s=(){},;\"']+(?:\([^()]*\))?|\{[^{}]*\}|\([^()]*\)))"
 )
@@ -376,7 +309,7 @@ _ITEM = re.compile(
 
 def _unmarked(line: Line, word: str) -> Diagnostic | None:
     """A line that begins with a card's word and has not what tells the card from an element."""
-    code = line.text[: code_end(line.text)[0]]
+    code = line.text[: code_end(line.text)]
     items = [(m[1] or "", m[2], m.start(), m.end()) for m in _ITEM.finditer(code, len(word))]
     if not items:
         return None
@@ -387,7 +320,7 @@ def _unmarked(line: Line, word: str) -> Diagnostic | None:
     edits: list[tuple[int, int, str]] = []
     for key, value, start, end in rest:
         if key or (start > rest[0][2] and (spice_number(value) is not None or value[0] == "{")):
-            new = MEANT.get(word, {}).get(key.lower())
+            new = CARDS[word.upper()].spec.meant.get(key.lower())
             if new is not None and not (key == "" and edits):
                 edits.append((start, end, new.format(value)))
                 wrong = wrong or (key if f"{key.lower()}=" not in new else "")
@@ -400,7 +333,7 @@ def _unmarked(line: Line, word: str) -> Diagnostic | None:
     said = (
         f"{word.upper()} {name} does not take parameter {wrong}="
         if wrong
-        else f"{word.upper()} {name} needs {MARKS[word]}"
+        else f"{word.upper()} {name} needs {CARDS[word.upper()].mark_in_words()}"
     )
     hint = [missing_mark(word)]
     if word == "force" and edits and rest and (of := _joint(line.file, rest[0][1])) is not None:
@@ -423,8 +356,10 @@ def _unmarked(line: Line, word: str) -> Diagnostic | None:
 
 def _one_end(line: Line, name: str, rest: list[Any]) -> Diagnostic | None:
     """JOINT hinge arm pin: the kind stands where the second end does."""
+    from .cards.joints import ALIASES, KINDS
+
     places = [item for item in rest if not item[0]]
-    if len(places) < 2 or places[1][1].lower() not in _joint_kinds() or len(places) > 2:
+    if len(places) < 2 or places[1][1].lower() not in {*KINDS, *ALIASES} or len(places) > 2:
         return None
     at = line.span_at(places[0][2], places[0][3])
     new = Fix(
@@ -440,10 +375,3 @@ def _joint(file: SourceFile, name: str) -> str | None:
     """The second end of a joint of the deck."""
     found = re.search(rf"^[ \t]*joint\s+{re.escape(name)}\s+\S+\s+([^\s(]+)", file.text, re.I | re.M)
     return found[1] if found else None
-
-
-def _joint_kinds() -> list[str]:
-    """The words that the grammar knows a JOINT by."""
-    pattern = next(t.pattern.value for t in parser().terminals if t.name == "JOINT")
-    found = re.search(r"\(\?:(pin\|[a-z|]+)\)", pattern)
-    return found[1].split("|") if found else []

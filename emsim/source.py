@@ -141,6 +141,8 @@ class Leaf(str):
 
 # the cards that come as words in place of a tree: rule -> (number of words, is the last one a number?); elements/ says them
 PLAIN: dict[str, tuple[int, bool]] = {}
+# first words of lines that the native parser leaves to whoever asks; marks.py says them
+HANDED_BACK: list[str] = []
 _trees: Any = None
 
 
@@ -150,7 +152,7 @@ def trees() -> Any:
     if _trees is None:
         from ._engine import Trees
 
-        _trees = Trees(Leaf, PLAIN)
+        _trees = Trees(Leaf, PLAIN, HANDED_BACK)
     return _trees
 
 

@@ -19,29 +19,6 @@ if TYPE_CHECKING:
 
     Tree = tuple[str, list[Any]]
 
-CARD_WORDS = frozenset(
-    [
-        "body",
-        "point",
-        "joint",
-        "motor",
-        "pot",
-        "spring",
-        "damper",
-        "friction",
-        "freewheel",
-        "stop",
-        "gear",
-        "belt",
-        "cam",
-        "force",
-        "torque",
-        "drive",
-        "contact",
-        "transducer",
-    ]
-)
-
 
 class LineError(Exception):
     """A line that the grammar does not accept, with the message for its author."""
@@ -69,10 +46,10 @@ def first_word(text: str) -> str:
     return head[0].lower() if head else ""
 
 
-def code_end(text: str) -> tuple[int, list[tuple[int, str]]]:
-    """Where the code ends that is not comment, and the visible characters outside comments with their places."""
-    visible: list[tuple[int, str]] = []
+def uncommented(text: str) -> str:
+    """The text with blanks for its comments and for the `+` of its continuation lines."""
     at, n, fresh = 0, len(text), False  # fresh: nothing but blanks so far on a continuation line
+    out: list[str] = []
     while at < n:
         c = text[at]
         before = text[at - 1] if at else "\n"
@@ -82,14 +59,20 @@ def code_end(text: str) -> tuple[int, list[tuple[int, str]]]:
             or (c == "$" and before in " \t\n,")
             or (c == "*" and fresh)
         ):
-            at = text.find("\n", at)
-            if at < 0:
-                break
+            end = text.find("\n", at)
+            end = n if end < 0 else end
+            out.append(" " * (end - at))
+            at = end
             continue
+        out.append(" " if fresh and c == "+" else c)
         if c == "\n":
             fresh = True
         elif c not in " \t\r\f":
             fresh = False
-            visible.append((at, c))
         at += 1
-    return (visible[-1][0] + 1 if visible else 0), visible
+    return "".join(out)
+
+
+def code_end(text: str) -> int:
+    """Where the code ends: what follows is comment."""
+    return len(uncommented(text).rstrip())

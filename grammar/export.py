@@ -193,8 +193,6 @@ def tables(lark: Lark, starts: tuple[str, ...], source: str) -> str:
     out += [f"lexers {len(lexers)}", *lexers, f"lookaheads {len(lookaheads)}", *lookaheads]
     out += [f"states {len(rows)}", *rows, f"starts {len(starts)}"]
     out += [f"{s} {order[table.start_states[s]]} {order[table.end_states[s]]}" for s in starts]
-    words = [str(s.name).lower() for r in rules if r.origin.name == "_card_word" for s in r.expansion]
-    out += [f"cards {len(words)}", *words]
     return "\n".join(out) + "\n"
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from ..cards import CARDS
 from ..diagnostics import suggest
 from ..expr import Binary, Call, Cond, Name, Node, Unary
-from ..syntax import CARD_WORDS
 from . import terminals
 
 TYPE_CHECKING = False
@@ -41,7 +41,7 @@ def allocate(ctx: Context) -> None:
     for what, elements in unsupported.items():
         names = ", ".join(f"`{e.name}`" for e in elements[:3]) + (" ..." if len(elements) > 3 else "")
         word, hint = elements[0].span.text.lower(), None
-        if word in CARD_WORDS:
+        if word.upper() in CARDS:
             from ..mistakes import missing_mark
 
             hint = missing_mark(word)

@@ -240,9 +240,11 @@ class Spec:
     `terminals` lists the forms, such as "joint:joint | p:point q:point": attribute name and kind
     (node, joint, body, point, kind) of each word after the card's name. `laws` tell readers what the
     card brings, as formulas in its parameters: energies T V W and heat P, `i` its electrical side, `q` a constraint.
+    `mark`: parameters of which a line has one where it is this card, and no element. `meant`: what people write, and what it is
+    called here; "" is a value without a name.
     """
 
-    __slots__ = ("form", "forms", "laws", "mark", "meaning", "params", "word")
+    __slots__ = ("form", "forms", "laws", "mark", "meaning", "meant", "params", "word")
 
     def __init__(
         self,
@@ -252,6 +254,7 @@ class Spec:
         mark: tuple[str, ...],
         meaning: str,
         laws: dict[str, str] | None = None,
+        meant: dict[str, str] | None = None,
         **params: Param,
     ) -> None:
         self.word = word
@@ -263,6 +266,7 @@ class Spec:
         self.mark = mark
         self.meaning = meaning
         self.laws = laws or {}
+        self.meant = meant or {}
         self.params = params
 
 
@@ -270,6 +274,19 @@ class Card:
     """One card of the deck, bound to its specification: parameters are attributes, terminals are resolved."""
 
     spec: Spec
+    valued = False  # its second and later words can be a value: FORCE push tip 3
+    grouped = False  # names stand in parentheses behind its own: the nodes of several windings
+
+    @classmethod
+    def marked(cls, code: str) -> bool:
+        """Whether a line that begins with its word is meant as the card, and not as a SPICE element. `code`: without comments."""
+        return sets(code, cls.spec.mark)
+
+    @classmethod
+    def mark_in_words(cls) -> str:
+        """What `marked` looks for, in words."""
+        *keys, last = (f"{key}=" for key in cls.spec.mark)
+        return f"{', '.join(keys)} or {last}" if keys else last
 
     @classmethod
     def variant(cls, raw: MachineCard, models: dict[str, Model]) -> type[Card]:
@@ -358,6 +375,16 @@ class Card:
 
     def analogue(self, net: Net) -> None:
         net.refuse(self)
+
+
+def sets(code: str, keys: tuple[str, ...]) -> bool:
+    """Whether one of the keys is set in the code: `key =`, but no `==`."""
+    pieces = code.lower().split("=")
+    last = len(pieces) - 1
+    return any(
+        piece.split()[-1:] in [[key] for key in keys] and (pieces[k + 1] or k + 1 == last)
+        for k, piece in enumerate(pieces[:-1])
+    )
 
 
 def sink_errors(sink: Sink) -> int:

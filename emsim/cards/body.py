@@ -11,7 +11,7 @@ Inertia about the centre of mass of the shapes (homogeneous):
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from .base import Card, Default, Spec, is_number
+from .base import Card, Default, Spec, is_number, sets
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ class Body(Card):
         terminals="",
         mark=("m", "shape", "fixed"),
         meaning="a rigid body",
+        meant={"mass": "m={}", "j": "m=0 j={}", "inertia": "m=0 j={}"},
         laws={"T": "m v^2/2 + J omega^2/2", "V": "-m g.r"},
         m=Default(0.0, "kg", "the mass", least=0.0),
         j=Default(
@@ -69,6 +70,10 @@ class Body(Card):
     z: float
     rot: tuple[float, ...] | None
     vz: float
+
+    @classmethod
+    def marked(cls, code: str) -> bool:
+        return super().marked(code) and not sets(code, ("v", "i"))  # a source has those
 
     def check(self, sink: Sink) -> None:
         self._motion(sink)

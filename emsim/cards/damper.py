@@ -18,6 +18,7 @@ class Damper(OnJointOrPoints):
         terminals="joint:joint | p:point q:point",
         mark=("c",),
         meaning="a viscous damper, with a quadratic part for fluids",
+        meant={"": "c={}", "d": "c={}", "b": "c={}", "damp": "c={}"},
         laws={"P": "c u^2 + c2 |u| u^2"},
         c=Required("N s/m or N m s/rad", "damping", least=0.0),
         c2=Default(0.0, "N s^2/m^2 or N m s^2/rad^2", "quadratic damping", least=0.0),

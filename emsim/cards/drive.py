@@ -26,6 +26,7 @@ class Drive(Card):
         terminals="joint:joint",
         mark=("q", "qd"),
         meaning="prescribed motion of a joint",
+        meant={"": "q={}", "pos": "q={}", "angle": "q={}", "speed": "qd={}", "omega": "qd={}", "w": "qd={}"},
         q=Default(None, "rad or m", "the coordinate, a smooth expression of time", "value"),
         qd=Default(
             None,
@@ -34,6 +35,7 @@ class Drive(Card):
             "value",
         ),
     )
+    valued = True
     q: Any
     qd: Any
     joint: JointView

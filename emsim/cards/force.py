@@ -22,12 +22,14 @@ class Force(Card):
         terminals="p:point",
         mark=("dir", "fx", "fy", "fz"),
         meaning="a force on a point of a body",
+        meant={"": "dir=(1,0) {}", "f": "dir=(1,0) {}", "force": "dir=(1,0) {}", "value": "dir=(1,0) {}"},
         dir=Default(None, "", "direction in world axes; its length does not count", "vector"),
         value=Default(None, "N", "the force along dir: number, {expression} or waveform", "value"),
         fx=Default(None, "N", "force along world x", "value"),
         fy=Default(None, "N", "force along world y", "value"),
         fz=Default(None, "N", "force along world z", "value"),
     )
+    valued = True
     dir: tuple[float, ...] | None
     value: Any
     fx: Any

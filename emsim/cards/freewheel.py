@@ -20,6 +20,7 @@ class Freewheel(Card):
         terminals="joint:joint",
         mark=("dir",),
         meaning="a joint that turns one way: a ratchet, a sprag clutch",
+        meant={"": "dir={}"},
         laws={"q": "dir u >= 0"},
         dir=Default(1.0, "", "1 where the coordinate may grow, -1 where it may fall"),
     )

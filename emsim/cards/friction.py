@@ -29,6 +29,7 @@ class Friction(Card):
         terminals="joint:joint",
         mark=("fc", "mu"),
         meaning="Coulomb friction with stiction; a clutch or a brake where fc= is an expression",
+        meant={"": "fc={}", "f": "fc={}", "c": "fc={}", "tau": "fc={}"},
         laws={"P": "F |u| + b u^2, F = fc + (fs - fc) exp(-(u/vs)^2); with mu= fc = mu N, fs = mus N, N the load of the joint"},
         fc=Default(None, "N or N m", "friction while sliding: number, {expression} or waveform", "value"),
         fs=Default(None, "N or N m", "friction that must be overcome to start, as fc=; fc unless given", "value"),

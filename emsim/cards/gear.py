@@ -32,6 +32,7 @@ class Gear(Touching, Card):
         terminals="first:joint second:joint",
         mark=("ratio", "lead"),
         meaning="a gear, belt or screw between the coordinates of two joints",
+        meant={"": "ratio={}", "n": "ratio={}", "i": "ratio={}", "gear": "ratio={}"},
         laws={
             "q": "q1 = ratio q2, of angle and travel q = lead/(2 pi) angle; with play |q1 - ratio q2| <= backlash/2",
             "V": "with k=: k d^(n+1)/(n+1), d how far beyond the play",

@@ -30,6 +30,7 @@ class Joint(Card):
         terminals="a:point b:point kind:kind",
         mark=("kind",),
         meaning="a joint between two bodies; kinds: " + " ".join(KINDS),
+        meant={},
         laws={"P": "damp u^2"},
         axis=Default(None, "", "the axis of a pin or slide, for example, in the frames of A and B", "vector"),
         zero=Default((0.0,), "rad or m", "where the coordinate is 0, measured from aligned frames", "vector"),
@@ -45,6 +46,17 @@ class Joint(Card):
     guess: tuple[float, ...] | None
     cut: bool
     damp: float
+
+    @classmethod
+    def marked(cls, code: str) -> bool:
+        # the kind stands behind its name and its two ends; either may have a place in parentheses
+        words = "".join(part.rpartition(")")[2] for part in code.split("(")).replace(",", " ").split()
+        return len(words) > 4 and ALIASES.get(words[4].lower(), words[4].lower()) in KINDS
+
+    @classmethod
+    def mark_in_words(cls) -> str:
+        *kinds, last = KINDS
+        return f"its kind ({', '.join(kinds)} or {last}) as the fourth word"
 
     def check(self, sink: Sink) -> None:
         ref = self.terminals[2][2]

@@ -21,6 +21,15 @@ class Point(Card):
     at: tuple[float, ...]
     local: tuple[float, ...]
 
+    @classmethod
+    def marked(cls, code: str) -> bool:
+        body, _, own = (code.split()[1:2] or [""])[0].partition(".")
+        return bool(body and own)
+
+    @classmethod
+    def mark_in_words(cls) -> str:
+        return "a name with a dot"
+
     def check(self, sink: Sink) -> None:
         if len(self.at) not in (2, 3):
             sink.error("E232", f"POINT {self.name} has two or three coordinates", self.span)

@@ -22,6 +22,7 @@ class Spring(OnJointOrPoints):
         terminals="joint:joint | p:point q:point",
         mark=("k",),
         meaning="a linear spring",
+        meant={"": "k={}", "c": "k={}", "rate": "k={}", "stiffness": "k={}"},
         laws={"V": "k (q - q0)^2/2 + f0 q"},
         k=Required("N/m or N m/rad", "stiffness", least=0.0),
         q0=Default(0.0, "m or rad", "coordinate of rest, on a joint"),

@@ -23,6 +23,14 @@ class Stop(Touching, Card):
         terminals="joint:joint",
         mark=("min", "max"),
         meaning="ends of a joint's travel",
+        meant={
+            "lo": "min={}",
+            "low": "min={}",
+            "lower": "min={}",
+            "hi": "max={}",
+            "high": "max={}",
+            "upper": "max={}",
+        },
         laws={
             "q": "min <= q <= max; after an impact e times the speed before it",
             "V": "with k=: k d^(n+1)/(n+1), d how far beyond an end",

@@ -20,9 +20,11 @@ class Torque(Card):
         terminals="target:turnable",
         mark=("tau",),
         meaning="a torque on a pin or a body; on a slide it is the force along it",
+        meant={"": "tau={}", "t": "tau={}", "m": "tau={}", "torque": "tau={}", "value": "tau={}"},
         tau=Required("N m", "the torque: number, {expression} or waveform", "value"),
         axis=Default((0.0, 0.0, 1.0), "", "axis of the torque on a body, world axes", "vector"),
     )
+    valued = True
     tau: Any
     axis: tuple[float, ...]
     joint: JointView | None = None

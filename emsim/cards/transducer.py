@@ -39,6 +39,7 @@ class Transducer(Card):
         k=Default(None, "V s/m or N/A", "coupling: v = k u, force k i", "value"),
         w=Default(None, "J", "co-energy of v(name) or i(name) and the coordinate", "value"),
     )
+    grouped = True
     c: Any
     l: Any  # noqa: E741
     k: Any

@@ -9,9 +9,10 @@ is every line that the grammar does not accept, and every line whose tree would 
 
 from __future__ import annotations
 
+from ..cards import CARDS
 from ..elements import LETTERS
 from ..source import Reading, SourceFile, trees
-from ..syntax import CARD_WORDS, first_word
+from ..syntax import first_word, uncommented
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -140,19 +141,9 @@ def _take_words(rows: list[Row]) -> None:
 
 
 def code_of(line: str, start: int, is_more: bool) -> int:
-    """Where the code of a physical line ends and its blanks and comment begin; as syntax.code_end has it."""
-    at, fresh = start, is_more
-    while at < len(line):
-        c, before = line[at], line[at - 1] if at else "\n"
-        if c == ";" or (c == "/" and line[at : at + 2] == "//" and before in " \t\n"):
-            break
-        if (c == "$" and before in " \t\n,") or (c == "*" and fresh):
-            break
-        fresh = fresh and c in BLANKS
-        at += 1
-    while at > start and line[at - 1] in BLANKS:
-        at -= 1
-    return at
+    """Where the code of a physical line ends and its blanks and comment begin."""
+    code = uncommented("\n" * is_more + line[start:])
+    return max(start, start + len(code.rstrip(BLANKS + "\n")) - is_more)
 
 
 def _words(code: str) -> list[str] | None:
@@ -204,7 +195,9 @@ def _is_key(word: str) -> bool:
 
 
 def _same(before: str, after: str) -> bool:
-    start = "dot" if before[0] == "." else "card" if first_word(before) in CARD_WORDS else "element"
+    start = (
+        "dot" if before[0] == "." else "machine_card" if first_word(before).upper() in CARDS else "element"
+    )
     tree = trees().line(before, start)
     return tree is not None and _plain(tree) == _plain(trees().line(after, start))
 
@@ -274,7 +267,7 @@ def _kind(row: Row) -> str:
     if word[0] == ".":
         return "dot"
     # a card word without its mark is an element, but looks better as what it was meant for
-    return "machine" if word in CARD_WORDS else "element"
+    return "machine" if word.upper() in CARDS else "element"
 
 
 def _cells(row: Row, kind: str, tail: str) -> list[str]:

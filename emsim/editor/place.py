@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from ..cards import CARDS
 from ..elements import LETTERS
-from ..syntax import CARD_WORDS
 from .layout import BLANKS, CLOSING, OPENING, code_of
 
 TYPE_CHECKING = False
@@ -135,7 +134,7 @@ class Place:
 
     @property
     def is_machine(self) -> bool:
-        return self.card in CARD_WORDS
+        return self.card.upper() in CARDS
 
     def expects(self) -> tuple[str, ...]:
         """Kinds of names that stand here: node body joint point card element model subckt kind param key option ..."""

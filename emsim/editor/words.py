@@ -3,7 +3,7 @@ parameters mean stands in the cards' own specs, what elements are in the classes
 
 from __future__ import annotations
 
-from .. import functions
+from .. import dots, functions
 from ..analyses import ANALYSES
 from ..assemble import options
 from ..cards.joints import WORDS as JOINT_WORDS
@@ -12,42 +12,7 @@ from ..functions import BRANCHES, DRAWN, OF_TIME
 from ..measures import KINDS
 
 # dot card -> (form, meaning)
-DOTS = {
-    **{f".{a.word}": (a.form, a.meaning) for a in ANALYSES.values()},
-    ".tran": (".tran tstep tstop [tstart [tmax]] [uic]", "transient analysis [s]; uic: start from given values"),
-    ".op": (".op [static]", "operating point, mechanics held where it starts; static: everything comes to rest"),
-    ".param": (".param name=value [name={expression} ..]", "parameters, of the deck or of the subcircuit"),
-    ".func": (".func name(a,b) {expression}", "a function for expressions"),
-    ".model": (".model name type(parameter=value ..)", "a model: d, sw, csw, r, c, l, dcmotor, pmsm"),
-    ".subckt": (".subckt name node .. [parameter=default ..]", "begins a subcircuit; its terminals may be nodes, bodies, joints"),
-    ".ends": (".ends [name]", "ends a subcircuit"),
-    ".include": (".include file", "reads another file here"),
-    ".lib": (".lib file section", "reads a section of a library here"),
-    ".endl": (".endl [section]", "ends a section of a library"),
-    ".global": (".global node ..", "nodes that mean the same in every subcircuit"),
-    ".ic": (".ic v(node)=value ..", "voltages at the start, held while the operating point is found"),
-    ".nodeset": (".nodeset v(node)=value ..", "where the search for the operating point starts"),
-    ".print": (".print tran v(node) i(Vname) {expression} ..", "a table on stdout"),
-    ".save": (".save v(node) angle(joint) .. | all", "what goes to the raw file; otherwise everything"),
-    ".probe": (".probe v(node) angle(joint) ..", "what is recorded besides; alli: the currents of all elements"),
-    ".options": (".options name=value ..", "tolerances, method, formulation"),
-    ".meas": (".meas tran name trig .. targ .. | find .. when .. | max v(out) from= to= | param='..'",
-              "a number made of results: `emsim help .meas` lists the kinds"),
-    ".four": (".four frequency v(out) ..", "harmonics of signals over the last period of a transient, and their distortion"),
-    ".step": (".step param name start stop step | list a b ..", "runs the deck once for each value of a parameter, an element, "
-              "a model's parameter or the temperature"),
-    ".fmu": (".fmu in=v1,load param=v2 tune=r1 out=v(out),angle(arm)", "what an FMU of the deck takes and gives: `emsim fmu`"),
-    ".temp": (".temp value ..", "temperature [C]; of several the deck is run at each"),
-    ".if": (".if (condition)", "cards that count where the condition is not 0"),
-    ".elseif": (".elseif (condition)", "another condition of an .if"),
-    ".else": (".else", "cards where no condition of the .if holds"),
-    ".endif": (".endif", "ends an .if"),
-    ".gravity": (".gravity [g] | gx gy [gz]", "gravity [m/s^2], 9.80665 along -y; without the card there is none"),
-    ".view": (".view [fps=] [speed=] [trace=point] [scale=]", "how the machine is drawn"),
-    ".title": (".title text", "another title"),
-    ".end": (".end", "the end of the deck"),
-    **{f".{a.word}": (a.form, a.meaning) for a in ANALYSES.values() if a.word not in ("tran", "op")},
-}  # fmt: skip
+DOTS = {**{f".{a.word}": (a.form, a.meaning) for a in ANALYSES.values()}, **dots.CARDS}
 # word of .meas -> (form, meaning)
 MEASURES = {
     **{kind.words[0]: (kind.form.partition(", .meas")[0], kind.meaning) for kind in KINDS},

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from ..build import reread_as_element
+from ..cards import CARDS
 from ..deck import FlatDeck, MachineCard, Model
 from ..diagnostics import Diagnostic, instead, suggest
 from ..elements import LETTERS, MODEL_TYPES, Element
 from ..expr import Node, evaluate
-from ..syntax import CARD_WORDS, LineError
+from ..syntax import LineError
 from ..units import spice_number
 
 TYPE_CHECKING = False
@@ -182,7 +183,7 @@ class Models:
         near = suggest(name, candidates)
         word, said, at = e.span.text.lower(), f"no .model is called `{name}`", place
         fixes = instead(at, name, near) if near else []
-        if word in CARD_WORDS:
+        if word.upper() in CARDS:
             from ..mistakes import missing_mark
 
             hint = missing_mark(word)
@@ -204,7 +205,7 @@ class Models:
             hint = f"did you mean `{near}`?"
             if len(e.model_types) > 1 and (found := level.scope.find_model(near)) is not None:
                 hint += f" It is of type {found[0].type.upper()}"
-        elif len(word) >= LEAST_WORD and word.isalpha() and (card := suggest(word, CARD_WORDS)):
+        elif len(word) >= LEAST_WORD and word.isalpha() and (card := suggest(word, map(str.lower, CARDS))):
             said = f"this is no {card.upper()} card, and no .model is called `{name}` for a SPICE element"
             hint = f"did you mean `{card.upper()}`?"
         else:

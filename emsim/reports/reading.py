@@ -9,7 +9,8 @@ from ..cards import CARDS
 from ..deck import Analysis, Dot, MachineCard, Model, Param, Print, Subckt
 from ..elements import Element
 from ..expr import Node, Num
-from ..source import Line, Reading, load
+from ..marks import start_of
+from ..source import Line, Reading, load, trees
 from . import notation
 from .explained import ENERGIES, signed, term
 
@@ -69,8 +70,8 @@ def place(path: str, number: int) -> Place:
         end = line.number + line.text.rstrip().count("\n")
         if line.number <= number <= end:
             found.first, found.last = line.number, end
-            found.tree = (rule, content) if rule is not None else None
-            found.said = "" if rule is not None else "not accepted by the grammar"
+            found.tree = (rule, content) if rule is not None else trees().line(line.text, start_of(line))
+            found.said = "" if found.tree is not None else "not accepted by the grammar"
             return found
     text = file.text_line(number).strip()
     within = any(line.number == number for line in reading.control) or reading.control_span is not None

@@ -37,7 +37,8 @@ JOINT hinge 0 arm pin zero=-90deg ic=30deg
 .end
 """
 CHAIN = "\n".join([
-    "a chain in coordinates of bodies", ".options formulation=absolute", ".gravity 9.81", "BODY b0 m=1 com=(1,0)", "JOINT j0 0 b0 pin ic=0.1",
+    "a chain in coordinates of bodies", ".options formulation=absolute", ".gravity 9.81",
+    "BODY b0 m=1 com=(1,0)", "JOINT j0 0 b0 pin ic=0.1",
     *(f"BODY b{k} m=1 com=(1,0)\nJOINT j{k} b{k - 1}(1,0) b{k} pin ic=0.1" for k in range(1, 40)), ".tran 1 1e4", ".end", "",
 ])  # fmt: skip
 MANY = "\n".join(["a grid of diodes", "V1 n0 0 SIN(0 5 1k)", *(

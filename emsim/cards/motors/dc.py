@@ -37,6 +37,7 @@ class Motor(Machine):
         terminals="plus:node minus:node joint:joint",
         mark=("kt", "ke", "kv", "vnom", "model"),
         meaning="a direct-current motor, or a voice coil on a slide",
+        meant={"k": "kt={}", "km": "kt={}", "": "kt={}"},
         laws={
             "T": "j (w + w_A)^2/2, w = gear u, w_A: A's own speed about the axis",
             "P": "r i^2 + b w^2 + tc |w|",

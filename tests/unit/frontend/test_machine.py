@@ -8,8 +8,6 @@ from math import pi
 import pytest
 
 from emsim.elements import Element
-from emsim.lark_grammar import parser
-from emsim.syntax import CARD_WORDS
 
 from .support import codes, flat, machine, said
 
@@ -118,11 +116,6 @@ def test_where_a_model_fits_too_the_spice_reading_wins_with_a_note(card, model, 
     assert [d.code for d in deck.sink.diagnostics] == ["N137"]
     other = flat(f"{card}\n.model {model.split()[0]} NPN")  # a model of another type does not fit
     assert len(other.machine) == 1 and other.elements == []
-
-
-@pytest.mark.parametrize("word", sorted(CARD_WORDS))
-def test_every_card_word_has_its_terminal(word):
-    assert word.upper() in {t.name for t in parser().terminals}
 
 
 def test_without_the_mark_the_hint_names_it():

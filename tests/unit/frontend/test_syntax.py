@@ -36,7 +36,7 @@ CORPUS = [
     ("R1 a b R={v(a)*2} tc1=1m", "element"),
     ("V1 a 0 DC 1 AC 1 90 SIN(0 1 1k)", "element"),
     ("E1 a b TABLE {v(c)} = (0,0) (1,2)", "element"),
-    ("JOINT h 0 arm(0.3,0) pin zero=-90deg ic=(0,1)", "card"),
+    ("JOINT h 0 arm(0.3,0) pin zero=-90deg ic=(0,1)", "machine_card"),
     (".param a=1 b={a*2} f(x)=x^2", "dot"),
     (".model d D(is=1n rs={x})", "dot"),
     ("a>1?-b^2:v(c,d)", "expression"),

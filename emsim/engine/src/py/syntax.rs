@@ -239,7 +239,7 @@ fn too_deep(text: &str) -> bool {
 }
 
 /// Makes trees. `leaf`: the class of leaves; `plain`: rule -> (number of words, is the last one a number?) of the
-/// cards that come as words.
+/// cards that come as words; `handed_back`: first words of lines that are not read (machine cards, or elements by their marks).
 #[pyclass(frozen)]
 pub struct Trees {
     leaf: Py<PyType>,
@@ -247,6 +247,7 @@ pub struct Trees {
     rules: Vec<Py<PyString>>,
     /// by the number of the rule's name; 0 words: never
     plain: Vec<(u32, bool)>,
+    handed_back: Vec<String>,
     /// the terminal WORD
     word: usize,
 }
@@ -254,10 +255,11 @@ pub struct Trees {
 #[pymethods]
 impl Trees {
     #[new]
-    fn new(py: Python<'_>, leaf: Py<PyType>, plain: HashMap<String, (u32, bool)>) -> Self {
+    fn new(py: Python<'_>, leaf: Py<PyType>, plain: HashMap<String, (u32, bool)>, handed_back: Vec<String>) -> Self {
         let table = table();
         Trees {
             leaf,
+            handed_back,
             terminals: table.terminal_names().map(|n| PyString::new(py, n).unbind()).collect(),
             rules: table.names.iter().map(|n| PyString::new(py, n).unbind()).collect(),
             word: table.terminal_names().position(|n| n == "WORD").unwrap_or(usize::MAX),
@@ -326,7 +328,7 @@ impl Cards {
         let Some(line) = self.lines.next() else { return Ok(None) };
         let (trees, text) = (self.trees.get(), self.text.bind(py).to_str()?);
         let slice = &text[line.start..line.end];
-        let start = start_of(slice);
+        let start = start_of(slice, &trees.handed_back);
         let read = !start.is_empty() && self.reader.parse(slice, start);
         if read {
             if let Some(plain) = self.reader.plain(py, trees, text, &line)? {
@@ -343,17 +345,15 @@ impl Cards {
     }
 }
 
-/// From which start a line is parsed; "" where it begins no card, or not clearly one.
-fn start_of(line: &str) -> &'static str {
+/// From which start a line is parsed; "" where it begins no card, or is handed back.
+fn start_of(line: &str, handed_back: &[String]) -> &'static str {
     match line.as_bytes().first() {
         Some(b'.') => "dot",
         Some(first) if first.is_ascii_alphabetic() => {
             // a comment may follow without a blank
             let word = line.split(|c| c == ';' || lines::space(c)).next().unwrap_or("");
-            if !word.is_ascii() {
+            if !word.is_ascii() || handed_back.iter().any(|card| word.eq_ignore_ascii_case(card)) {
                 ""
-            } else if table().cards.iter().any(|card| word.eq_ignore_ascii_case(card)) {
-                "card"
             } else {
                 "element"
             }

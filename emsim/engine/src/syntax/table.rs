@@ -13,7 +13,6 @@
 //! lookaheads  sets of terminals
 //! states      lexer, `symbol:state` shifts and gotos, `lookahead@rule` reductions
 //! starts      name, first state, last state
-//! cards       the words that begin a machine card
 //! ```
 //!
 //! Symbols are numbered terminals first, then `$END`, then rules' origins.
@@ -107,7 +106,6 @@ pub struct Table {
     lookaheads: Vec<&'static str>,
     states: Lazy<State>,
     pub starts: Vec<(&'static str, u16, u16)>,
-    pub cards: Vec<&'static str>,
 }
 
 /// The tables of the grammar that this engine was built with.
@@ -134,8 +132,7 @@ impl Table {
             let mut words = line.split(' ');
             starts.push((words.next()?, words.next()?.parse().ok()?, words.next()?.parse().ok()?));
         }
-        let cards = section(&mut lines, "cards")?;
-        Some(Table { terminals, classes, names, rules, lexers, lookaheads, states, starts, cards })
+        Some(Table { terminals, classes, names, rules, lexers, lookaheads, states, starts })
     }
 
     /// `$END`, as a terminal; the number of the others.
