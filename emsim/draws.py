@@ -54,21 +54,20 @@ class Draws:
              them come from the seed
     """
 
-    __slots__ = ("_numbers", "asked", "count", "places", "seed", "tolerances")
+    __slots__ = ("_numbers", "asked", "drawn", "places", "seed", "tolerances")
 
     def __init__(self, seed: int = SEED, places: Sequence[float] = (), tolerances: bool = False) -> None:
-        self.seed, self.places, self.count, self.tolerances = seed, places, 0, tolerances
+        self.seed, self.places, self.tolerances = seed, places, tolerances
         self._numbers: Callable[[], float] | None = None
         self.asked: list[Any] = []  # the calls, in order
+        self.drawn: list[float] = []  # their values; of a tolerance what multiplies the part's
 
     def of(self, call: Any) -> Callable[..., float]:
         """What draws a value from the arguments of a call in an expression. It raises ZeroDivisionError for 0 sigmas."""
         function: str = call.fn
 
         def draw(*arguments: float) -> float:
-            self.count += 1
-            self.asked.append(call)
-            return at(self._place(), *RANDOM[function][2](*arguments))
+            return self._draw(call, *RANDOM[function][2](*arguments))
 
         return draw
 
@@ -76,17 +75,20 @@ class Draws:
         """What a card's value is multiplied by: evenly between 1 - share and 1 + share."""
         if not self.tolerances:
             return 1.0
-        self.count += 1
-        self.asked.append(Tolerance(f"{name} tol={100 * share:g}%", span))
-        return at(self._place(), 1.0, share, "even")
+        return self._draw(Tolerance(f"{name} tol={100 * share:g}%", span), 1.0, share, "even")
+
+    def _draw(self, call: Any, *spread: Any) -> float:
+        self.drawn.append(at(self._place(), *spread))
+        self.asked.append(call)
+        return self.drawn[-1]
 
     def labels(self) -> list[str]:
         """What was drawn, in words."""
         return [f"{call} line {call.span.line}" if call.span else str(call) for call in self.asked]
 
     def _place(self) -> float:
-        if self.count <= len(self.places):
-            return self.places[self.count - 1]
+        if len(self.drawn) < len(self.places):
+            return self.places[len(self.drawn)]
         if self._numbers is None:
             from random import Random
 

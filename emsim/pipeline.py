@@ -346,10 +346,10 @@ def prepare(
         value = flat.params.get(step.name) if step.kind == "param" else None
         said = f"`{step.column}` is not stepped here" + ("" if value is None else f": it is {value:g}")
         flat.sink.note("N332", said, step.span, "`emsim run` takes one value after the other")
-    if flat.draws.count:
-        values = "value was" if flat.draws.count == 1 else "values were"
+    if count := len(flat.draws.drawn):
+        values = "value was" if count == 1 else "values were"
         flat.sink.note(
-            "N285", f"{flat.draws.count} random {values} drawn, with seed {flat.draws.seed}",
+            "N285", f"{count} random {values} drawn, with seed {flat.draws.seed}",
             hint="--seed N or .options seed=N draws others; ngspice draws anew in every run",
         )  # fmt: skip
     if not planned and not refused(flat):

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
     from ..sweeps.result import Goal, Swept
 
-KINDS = ("mc", "lhs", "sobol")
+MOST_SHOWN = 20  # random values, of a measure
+KINDS = ("mc", "lhs", "sobol", "indices")
 OPTIONS = [
     Option("-D --define", "what varies, see above", "NAME=VALUES", repeat=True),
     Option("--mc", "N runs at each point of the grid with random values of their own", "N"),
@@ -39,6 +40,16 @@ OPTIONS = [
     Option("--sobol", "the same by a Sobol' sequence; powers of 2 are best", "N"),
     Option("--corners", "all random values at their least and greatest"),
     Option("--sensitivity", "each random value at its least and greatest, one at a time"),
+    Option(
+        "--indices",
+        "N (n + 2) runs of n random values: Sobol' indices, what each does alone and with others",
+        "N",
+    ),
+    Option(
+        "--worst",
+        "decks that repeat the runs with the least and the greatest MEASURE: deck.MEASURE.least.cir",
+        "MEASURE",
+    ),
     Option("--seed", "of the random values, 1", "N"),
     Option(
         "--goal",
@@ -47,7 +58,11 @@ OPTIONS = [
         repeat=True,
     ),
     Option("--save", "a signal to keep of every run, as .print takes it", "SIGNAL", repeat=True),
-    Option("-o --output", "the table, instead of deck.sweep.csv; .nc or .zarr: with the signals", "FILE"),
+    Option(
+        "-o --output",
+        "the table, instead of deck.sweep.csv; .parquet; .nc or .zarr: with the signals",
+        "FILE",
+    ),
     Option(
         "--plot",
         "a picture: families, courses, histograms, or what each random value does; .png .svg .pdf",
@@ -80,13 +95,17 @@ def main(args: Sequence[str]) -> int:
         raise UsageError(str(error)) from None
     stem = "stdin" if deck == "-" else splitext(basename(deck))[0]
     table = given.text("output") or f"{stem}.sweep.csv"
-    if not table.endswith((".csv", ".nc", ".zarr")):
-        raise UsageError(f"-o {table}: a sweep is written as .csv, .nc or .zarr")
+    if not table.endswith((".csv", ".parquet", ".nc", ".zarr")):
+        raise UsageError(f"-o {table}: a sweep is written as .csv, .parquet, .nc or .zarr")
     picture = given.text("plot")
     if picture is not None and not picture.endswith((".png", ".svg", ".pdf")):
         raise UsageError(f"--plot {picture}: a picture is .png, .svg or .pdf")
     site = given.text("html")
-    check_targets([path for path in (table, picture, site) if path and not path.endswith(".zarr")], deck)
+    worst = given.text("worst")
+    ends = {f"{stem}.{worst}.{end}.cir": k for k, end in enumerate(("least", "greatest")) if worst}
+    check_targets(
+        [path for path in (table, picture, site, *ends) if path and not path.endswith(".zarr")], deck
+    )
     journal = f"{splitext(table)[0]}.journal"
     jobs = given.number("jobs")
     if jobs is not None and (jobs < 1 or jobs != int(jobs)):
@@ -105,7 +124,22 @@ def main(args: Sequence[str]) -> int:
     except OSError as error:
         raise OutsideError(unwritten(journal, error)) from None
     heard.end()
-    return report(swept, goals, given, table, picture)
+    code = report(swept, goals, given, table, picture)
+    if worst is not None:
+        _repeats(swept, worst.lower(), ends)
+    return code
+
+
+def _repeats(swept: Swept, measure: str, ends: dict[str, int]) -> None:
+    """The decks of --worst."""
+    try:
+        for path, k in ends.items():
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(swept.repeat(swept.extremes(measure)[k]))
+    except (KeyError, ValueError) as error:
+        raise UsageError(f"--worst {measure}: {error.args[0]}") from None
+    except OSError as error:
+        raise OutsideError(unwritten(path, error)) from None
 
 
 def report(swept: Swept, goals: list[Goal], given: Arguments, table: str, picture: str | None) -> int:
@@ -153,7 +187,7 @@ def report(swept: Swept, goals: list[Goal], given: Arguments, table: str, pictur
         )
         print_json(
             OK, said, runs=len(swept), failed={str(k): v for k, v in failed.items()}, scheme=swept.scheme.label(),
-            random_values=swept.labels, measures=statistics, goals=share, file=table,
+            random_values=dict(zip(swept.random, swept.labels, strict=True)), measures=statistics, goals=share, file=table,
         )  # fmt: skip
     else:
         print_lines(summary(swept, statistics))
@@ -181,13 +215,30 @@ def summary(swept: Swept, statistics: dict[str, dict[str, float]]) -> Iterator[s
         )
         found = "" if about["runs"] == len(swept) else f"  in {about['runs']:.0f} runs"
         yield f"  {name:<{width}}  {numbers}{found}"
+    if swept.explains:
+        for name, about in statistics.items():
+            if about.get("deviation"):
+                yield from _moves(swept, name)
     if swept.scheme.name == "sensitivity" and not swept.axes:
         for name in statistics:
             yield f"  what moves {name}, at the least and the greatest of:"
-            for label, low, high in swept.influences(name)[:20]:
+            for label, low, high in swept.influences(name)[:MOST_SHOWN]:
                 yield f"    {low:+.4g}  {high:+.4g}  {label}"
             least, greatest = swept.worst(name)
             yield f"    all together: {least:.6g} .. {greatest:.6g}"
+
+
+def _moves(swept: Swept, name: str) -> Iterator[str]:
+    """What share of a measure's variance goes with which random value."""
+    if swept.scheme.name == "indices":
+        yield f"  what moves {name}, in shares of its variance by itself, and with others:"
+        for value, first, total in swept.indices(name)[:MOST_SHOWN]:
+            yield f"    {100 * first:6.2f} %  {100 * total:6.2f} %  {value}"
+        return
+    found, explained = swept.contributions(name)
+    yield f"  what moves {name}, in shares of its variance ({100 * explained:.3g} % goes along lines):"
+    for value, share in found[:MOST_SHOWN]:
+        yield f"    {100 * share:6.2f} %  {value}"
 
 
 def _some(swept: Swept) -> str:

@@ -41,6 +41,8 @@ def figure(swept: Swept, goals: Sequence[Goal] = ()) -> Any:
         panels += [(course, name) for name in names]
     else:
         panels += [(histogram, name) for name in names]
+        if swept.explains:
+            panels += [(kind, name) for name in names for kind in (shares, scatter)]
     if not panels:
         raise ValueError("there is nothing to draw: no run has a measure or a signal")
     found = Figure(figsize=(WIDTH, HEIGHT * len(panels)), layout="constrained")
@@ -131,6 +133,31 @@ def tornado(axes: Any, swept: Swept, name: str, goals: Sequence[Goal]) -> None:
     axes.axvline(0.0, color="#333", lw=0.8)
     centre = float(swept.measure(name)[0])
     axes.set(xlabel=f"change of {name} from {centre:.6g} (blue: least, orange: greatest)")
+
+
+def shares(axes: Any, swept: Swept, name: str, goals: Sequence[Goal]) -> None:
+    """What share of the measure's variance goes with each random value: by itself, and (where the runs tell) with others."""
+    if swept.scheme.name == "indices":
+        rows = swept.indices(name)[:20][::-1]
+        said = f"share of the variance of {name} (blue: by itself, orange: with others)"
+    else:
+        found, explained = swept.contributions(name)
+        rows = [(value, share, share) for value, share in found[:20][::-1]]
+        said = f"share of the variance of {name}; lines explain {100 * explained:.3g} %"
+    for k, (_, first, total) in enumerate(rows):
+        axes.barh(k, total, color="#d07030")
+        axes.barh(k, first, color="#4878b0")
+    axes.set_yticks(range(len(rows)), [value for value, *_ in rows])
+    axes.set(xlabel=said, xlim=(0.0, None))
+
+
+def scatter(axes: Any, swept: Swept, name: str, goals: Sequence[Goal]) -> None:
+    """The measure over the random value that most goes with it."""
+    most = swept.contributions(name)[0][0][0]
+    axes.plot(swept.drawn(most).ravel(), swept.measure(name).ravel(), ".", ms=3, color="#4878b0", alpha=0.6)
+    for goal in goals:
+        axes.axhline(goal.bound, ls="--", color="#b00", lw=1.0)
+    axes.set(xlabel=most, ylabel=name)
 
 
 def _is_logarithmic(values: Sequence[float]) -> bool:

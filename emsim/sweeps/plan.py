@@ -42,8 +42,8 @@ def sweep(
     source    a path, the text itself, or a PySpice Circuit
     vary      name -> values, or texts as `-D` takes them ("r=1k..10k:20"): parameters of the deck (.param), or elements
               R, C, L, V, I. Several make a grid
-    scheme    what the deck's random values do at each point of the grid: nominal, mc, lhs, sobol, corners, sensitivity
-    runs      of mc, lhs, sobol; seed: theirs
+    scheme    what the deck's random values do at each point of the grid: nominal, mc, lhs, sobol, corners, sensitivity, indices
+    runs      of mc, lhs, sobol, indices; seed: theirs
     signals   columns and expressions to keep, on the print grid; measures are kept anyhow
     jobs      processes; None: as many as there are cores. Scripts need `if __name__ == "__main__":` then
     cluster   address of a Dask scheduler, in place of jobs
@@ -58,10 +58,10 @@ def sweep(
     given = {key.lower(): value for key, value in (options or {}).items()}
     task = Task(path_or_text(source), fixed, names, kept, given, seed)
     first = Runner(task)
-    labels = first.draws()
+    draws = first.draws()
     first.check(names)
-    points = plan(axes, chosen, len(labels))
-    result = Swept(task, axes, chosen, labels, len(points))
+    points = plan(axes, chosen, len(draws.drawn))
+    result = Swept(task, axes, chosen, draws, points)
     result.title = first.deck.title
     found = result.outcomes
     book = None

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from ..draws import Draws
     from .axes import Axis
-    from .runs import Outcome, Task
+    from .runs import Outcome, Point, Task
 
 OPERATORS = ("<=", ">=", "<", ">")
 
@@ -45,12 +46,19 @@ class Swept:
     """Of every run, by its number: `values` of what varied, its measures, its signals, or why it failed.
 
     axes      what varied, the last one fastest; then the runs of the scheme at each point
-    labels    the deck's random values, in words
+    labels    the deck's random values, in words; random: their names
+    points    all runs, done or not
     failed    number -> reason
     """
 
-    def __init__(self, task: Task, axes: list[Axis], scheme: Scheme, labels: list[str], size: int) -> None:
-        self.task, self.axes, self.scheme, self.labels, self.size = task, axes, scheme, labels, size
+    def __init__(
+        self, task: Task, axes: list[Axis], scheme: Scheme, draws: Draws, points: list[Point]
+    ) -> None:
+        from .drawn import names
+
+        self.task, self.axes, self.scheme, self.points, self.size = task, axes, scheme, points, len(points)
+        self.labels = draws.labels()
+        self.random = names(draws, ("run", "seed", "which", "error", *(axis.name for axis in axes)))
         self.outcomes: dict[int, Outcome] = {}
         self.resumed, self.title = 0, ""
 
@@ -88,6 +96,26 @@ class Swept:
             found[axis.name] = axis.values[k]
         return {axis.name: found[axis.name] for axis in self.axes}
 
+    def which(self, number: int) -> str:
+        """The name of a run in its scheme: `r1+ r2-` of a corner."""
+        places = self.points[number].places
+        return "" if places is None else self.scheme.tag(places, self.random)
+
+    def drawn(self, name: str) -> np.ndarray:
+        """A random value in the shape of the sweep; nan where a run did not draw it."""
+        if name not in self.random:
+            raise KeyError(f"no random value {name!r}; there is {', '.join(self.random) or 'none'}")
+        k = self.random.index(name)
+        return self._shaped({n: o.drawn[k] for n, o in self.outcomes.items() if k < len(o.drawn)})
+
+    def _shaped(self, values: dict[int, float]) -> np.ndarray:
+        """Numbers of runs in the shape of the sweep, nan where there is none."""
+        import numpy as np
+
+        flat = np.full(self.size, np.nan)
+        flat[list(values)] = list(values.values())
+        return flat.reshape(self.shape)
+
     @property
     def per_point(self) -> int:
         """Runs at each point of the grid."""
@@ -103,14 +131,9 @@ class Swept:
 
     def measure(self, name: str) -> np.ndarray:
         """A measure in the shape of the sweep; nan where a run failed or found none."""
-        import numpy as np
-
-        flat = np.full(self.size, np.nan)
-        for k, outcome in self.outcomes.items():
-            flat[k] = outcome.measures.get(name, math.nan)
         if name not in self.names:
             raise KeyError(f"no measure {name!r}; there is {', '.join(self.names) or 'none'}")
-        return flat.reshape(self.shape)
+        return self._shaped({k: o.measures.get(name, math.nan) for k, o in self.outcomes.items()})
 
     def signal(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """(its axis, the signal over sweep and axis): runs of different length end in nan."""
@@ -180,32 +203,107 @@ class Swept:
         """Of a sweep one at a time: the measure with every random value at that end at which it makes the measure less, and
         at which it makes it greater. Two runs more; where each moves it one way only, these are its bounds. nan where the run
         fails or finds none."""
-        from .runs import Point, Runner
+        from .runs import Runner
 
         self.influences(name)  # raises where the sweep is another one
-        values = [float(v) for v in self.measure(name)]
-        low, high = values[1::2], values[2::2]
-        least = tuple(float(a > b) for a, b in zip(low, high, strict=True))
         runner = Runner(self.task)
-        ends = (Point(0, (), places) for places in (least, tuple(1.0 - p for p in least)))
-        found = [runner.run(point).measures.get(name, math.nan) for point in ends]
-        return found[0], found[1]
+        least, greatest = (runner.run(p).measures.get(name, math.nan) for p in self.extremes(name))
+        return least, greatest
+
+    @property
+    def explains(self) -> bool:
+        """Do its runs tell which random value does what? One at a time `influences` do."""
+        return (
+            not self.axes
+            and self.scheme.is_random
+            and self.complete
+            and len(self.good()) > len(self.random) + 2
+        )
+
+    def contributions(self, name: str) -> tuple[list[tuple[str, float]], float]:
+        """Of a random sweep without other axes: (random value, share of the measure's variance that goes with it along a line),
+        the largest first, and the share that all lines explain together. Squares of standardised regression coefficients
+        (Saltelli and others, Global Sensitivity Analysis, 2008, 1.2.5). Raises ValueError for other sweeps and too few runs."""
+        import numpy as np
+
+        if self.axes or not self.scheme.is_random:
+            raise ValueError("contributions are those of a random sweep without other axes")
+        x = np.array([self.drawn(key).ravel() for key in self.random])
+        y = self.measure(name).ravel()
+        known = np.isfinite(y) & np.isfinite(x).all(axis=0)
+        x, y = x[:, known], y[known]
+        if y.size < len(self.random) + 2:
+            raise ValueError(f"{y.size} runs are too few to tell {len(self.random)} random values apart")
+        x, y = x - x.mean(axis=1, keepdims=True), y - y.mean()
+        slopes = np.linalg.lstsq(x.T, y, rcond=None)[0]
+        variance = float(y @ y) or 1.0
+        shares = slopes**2 * (x**2).sum(axis=1) / variance
+        explained = 1.0 - float(((y - slopes @ x) ** 2).sum()) / variance
+        found = zip(self.random, shares.tolist(), strict=True)
+        return sorted(found, key=lambda row: -row[1]), explained
+
+    def indices(self, name: str) -> list[tuple[str, float, float]]:
+        """Of a sweep with the scheme indices: (random value, its share of the variance by itself, its share with all that it acts
+        together with), the largest first: Sobol's indices of first order and in total, by scipy. Raises ValueError for other
+        sweeps, and where a run has no such measure."""
+        import numpy as np
+        from scipy.stats import sobol_indices
+
+        if self.scheme.name != "indices" or self.axes:
+            raise ValueError("indices are those of a sweep with the scheme indices, without other axes")
+        values = self.measure(name).reshape(len(self.random) + 2, 1, -1)
+        if not np.isfinite(values).all():
+            raise ValueError(f"{name} was not found in every run: the samples are balanced by all of them")
+        parts: Any = {"f_A": values[0], "f_B": values[1], "f_AB": values[2:]}
+        found = sobol_indices(func=parts, n=values.shape[-1])
+        first, total = found.first_order.ravel().tolist(), found.total_order.ravel().tolist()
+        return sorted(zip(self.random, first, total, strict=True), key=lambda row: -row[2])
+
+    def extremes(self, name: str) -> tuple[Point, Point]:
+        """The runs with the least and the greatest measure; of a sweep one at a time those of `worst`. ValueError where there are
+        none."""
+        from .runs import Point
+
+        if self.scheme.name == "sensitivity" and not self.axes:
+            values = self.measure(name).ravel()
+            least = tuple(float(a > b) for a, b in zip(values[1::2], values[2::2], strict=True))
+            return Point(0, (), least), Point(0, (), tuple(1.0 - p for p in least))
+        found = {k: v for k, o in self.outcomes.items() if math.isfinite(v := o.measures.get(name, math.nan))}
+        if not found:
+            raise ValueError(f"{name} was found in no run; there is {', '.join(self.names) or 'none'}")
+        return self.points[min(found, key=found.__getitem__)], self.points[max(found, key=found.__getitem__)]
+
+    def repeat(self, point: Point) -> str:
+        """A deck that repeats a run: numbers in place of what it drew, its other values as .step cards of one value. Raises
+        DeckError where the text cannot say them."""
+        from .drawn import repeated
+        from .runs import Runner
+
+        runner = Runner(self.task)
+        varied = dict(zip(self.task.names, point.values, strict=True))
+        flat = runner.flat(point, runner.drawing(point))
+        return repeated(runner.deck, flat.draws, {**runner.fixed, **varied})
 
     # ---- tables and files ----
 
-    def rows(self) -> Iterator[tuple[int, dict[str, float], Outcome]]:
-        for k, outcome in sorted(self.outcomes.items()):
-            yield k, self.values(k), outcome
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Of every run that is done: its number, what varied, the seed and its name where its scheme has them, what it drew (as
+        `drawn:r1` where a measure has the name), its measures, its error."""
+        names = self.names
+        random = {f"drawn:{n}" if n in names else n: k for k, n in enumerate(self.random)}
+        seeded = {"seed": self.scheme.seed} if self.scheme.is_random else {}
+        named = any(self.which(k) for k in self.outcomes)
+        for k, o in sorted(self.outcomes.items()):
+            drawn = {n: o.drawn[at] if at < len(o.drawn) else math.nan for n, at in random.items()}
+            which = {"which": self.which(k)} if named else {}
+            found = {n: o.measures.get(n, math.nan) for n in names}
+            yield {"run": k, **self.values(k), **seeded, **which, **drawn, **found, "error": o.error}
 
     def to_pandas(self) -> pd.DataFrame:
-        """A row a run: what varied, measures, error."""
+        """A row a run: what varied, what was drawn, measures, error."""
         import pandas as pd
 
-        def row(k: int, values: dict[str, float], o: Outcome) -> dict[str, Any]:
-            return {"run": k, **values, **{n: o.measures.get(n, math.nan) for n in names}, "error": o.error}
-
-        names = self.names
-        return pd.DataFrame([row(*one) for one in self.rows()]).set_index("run")
+        return pd.DataFrame(self.rows()).set_index("run")
 
     def to_xarray(self) -> xr.Dataset:
         """Measures over what varied (and `run` where the scheme has several at a point), signals over these and their axis."""
@@ -215,7 +313,8 @@ class Swept:
         dims = [axis.name for axis in self.axes]
         if len(self.shape) > len(dims):
             dims.append("run")
-        data: dict[str, Any] = {name: (dims, self.measure(name)) for name in self.names}
+        data: dict[str, Any] = {f"drawn:{name}": (dims, self.drawn(name)) for name in self.random}
+        data.update({name: (dims, self.measure(name)) for name in self.names})
         coords: dict[str, Any] = {axis.name: list(axis.values) for axis in self.axes}
         if self.task.signals and self.outcomes:
             kept = next((list(o.signals) for o in self.good()), [])
@@ -236,25 +335,26 @@ class Swept:
         )
 
     def save(self, path: str) -> None:
-        """Writes .csv (a row a run), .nc or .zarr (measures and signals). Raises ValueError for another ending, OSError."""
+        """Writes .csv or .parquet (a row a run), .nc or .zarr (measures and signals). ValueError for another ending, OSError."""
         if path.endswith(".csv"):
             self._csv(path)
+        elif path.endswith(".parquet"):
+            self.to_pandas().to_parquet(path)
         elif path.endswith(".nc"):
             self.to_xarray().to_netcdf(path, engine="h5netcdf")
         elif path.endswith(".zarr"):
             self.to_xarray().to_zarr(path, mode="w")
         else:
-            raise ValueError(f"{path}: a sweep is written as .csv, .nc or .zarr")
+            raise ValueError(f"{path}: a sweep is written as .csv, .parquet, .nc or .zarr")
 
     def _csv(self, path: str) -> None:
         import csv
 
         from ..outputs.beside import replacing
 
-        names = self.names
         with replacing(path) as written, open(written, "w", newline="", encoding="utf-8") as file:
             table = csv.writer(file, lineterminator="\n")
-            table.writerow(["run", *(axis.name for axis in self.axes), *names, "error"])
-            for k, values, o in self.rows():
-                numbers = (o.measures.get(n, math.nan) for n in names)
-                table.writerow([k, *map(repr, values.values()), *map(repr, numbers), o.error])
+            for k, row in enumerate(self.rows()):
+                if not k:
+                    table.writerow(row)
+                table.writerow(v if isinstance(v, str) else repr(v) for v in row.values())

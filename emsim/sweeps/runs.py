@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ..diagnostics import ConvergenceError, DeckError, Span, deck_error
+from ..units import spice_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ class Point(NamedTuple):
 
 class Outcome(NamedTuple):
     """Of one run. `error`: why it failed; nothing is kept of a run that did not get to its end. `warnings`: what else it said.
-    A measure that found nothing is nan."""
+    A measure that found nothing is nan. `drawn`: the random values, in the order of the deck."""
 
     number: int
     measures: dict[str, float]
@@ -44,6 +45,7 @@ class Outcome(NamedTuple):
     error: str
     warnings: list[str]
     over: str = ""  # what the axis of the signals is
+    drawn: Sequence[float] = ()
 
 
 class Runner:
@@ -56,24 +58,29 @@ class Runner:
         from ..source import NoCollection
 
         self.task = task
+        self.fixed = {
+            name: float(v) for name, text in task.fixed.items() if (v := spice_number(text)) is not None
+        }
+        words = {name: text for name, text in task.fixed.items() if name not in self.fixed}
         with NoCollection():
             probes = [p for text in task.signals for p in parse_signals(text)]
-            self.deck: Deck = build(task.source, dict(task.fixed), probes, task.options.get("dialect"))
-        flatten(
-            self.deck, task.options.get("temp")
-        )  # the names of its parameters are known behind a first reading
+            self.deck: Deck = build(task.source, words, probes, task.options.get("dialect"))
+        # the names of its parameters are known behind a first reading
+        self.exist(flatten(self.deck, task.options.get("temp")), self.fixed)
         self.place = Span(self.deck.file, 1, 1, 2)  # of what -D steps: there is no card
         self.parsed = list(self.deck.sink.diagnostics)
         self.columns = [p.text.strip().lower() for p in probes]
 
-    def flat(self, point: Point) -> FlatDeck:
-        """The deck with the values of a run."""
+    def drawing(self, point: Point) -> Draws | None:
+        """What draws the random values of a run; None: the deck's seed."""
         from ..draws import Draws
 
-        places = point.places
-        draws = None if places is None else Draws(self.task.seed + point.number, places, tolerances=True)
-        if draws is None and "seed" in self.task.options:
-            draws = Draws(int(self.task.options["seed"]))
+        if point.places is not None:
+            return Draws(self.task.seed + point.number, point.places, tolerances=True)
+        return Draws(int(self.task.options["seed"])) if "seed" in self.task.options else None
+
+    def flat(self, point: Point, draws: Draws | None) -> FlatDeck:
+        """The deck with the values of a run."""
         return self.read(dict(zip(self.task.names, point.values, strict=True)), draws)
 
     def read(self, given: dict[str, float], draws: Draws | None = None) -> FlatDeck:
@@ -81,13 +88,16 @@ class Runner:
         from ..elaborate.quantity import with_values
 
         return with_values(
-            self.deck, given, self.place, self.task.options.get("temp"), draws, said=self.parsed
+            self.deck,
+            {**self.fixed, **given},
+            self.place,
+            self.task.options.get("temp"),
+            draws,
+            said=self.parsed,
         )
 
     def check(self, names: Iterable[str]) -> None:
         """Raises DeckError for a name that nothing has, and for a deck that says itself what is run."""
-        from ..elaborate.quantity import value
-
         flat = self.read({})
         if flat.steps or flat.commands:
             what, at = (".step", flat.steps[0].span) if flat.steps else (".control", None)
@@ -97,33 +107,39 @@ class Runner:
                 at,
                 "take it out, and give its values by -D",
             )
+        self.exist(flat, names)
+
+    def exist(self, flat: FlatDeck, names: Iterable[str]) -> None:
+        """Raises DeckError for a name that nothing has."""
+        from ..elaborate.quantity import value
+
         for name in names:
             if name.partition("(")[0] not in flat.models and name not in self.deck.params:
                 value(flat, name)
 
-    def draws(self) -> list[str]:
-        """The deck's random values, in words."""
+    def draws(self) -> Draws:
+        """The deck's random values."""
         from ..draws import Draws
 
-        return self.read({}, Draws(tolerances=True)).draws.labels()
+        return self.read({}, Draws(tolerances=True)).draws
 
     def run(self, point: Point) -> Outcome:
         from .. import pipeline
 
+        draws = self.drawing(point)
         try:
-            flat = self.flat(point)
+            flat = self.flat(point, draws)
             given = zip(self.task.names, point.values, strict=True)
             options = {**self.task.options, **{name: value for name, value in given if name == "temp"}}
             assembly, planned = pipeline.prepare(flat, options, False)
             result = pipeline.deliver(assembly, pipeline.solve(assembly, planned))
             axis, signals = self.signals(result)
-        except ConvergenceError as error:
-            return Outcome(point.number, {}, {}, [], _first(error.diagnostics), [])
-        except DeckError as error:
-            return Outcome(point.number, {}, {}, [], _first(error.diagnostics), [])
+        except (ConvergenceError, DeckError) as error:
+            drawn = [] if draws is None else draws.drawn
+            return Outcome(point.number, {}, {}, [], _first(error.diagnostics), [], drawn=drawn)
         measures = {name: float(value) for name, value in self.measures(result).items()}
         over = result.main.axis.name if signals and result.main.axis is not None else ""
-        return Outcome(point.number, measures, signals, axis, "", _warnings(result), over)
+        return Outcome(point.number, measures, signals, axis, "", _warnings(result), over, flat.draws.drawn)
 
     def measures(self, result: Result) -> dict[str, Any]:
         """What .meas found; of a deck without, the last values of what it prints."""

@@ -8,6 +8,8 @@ A deck draws n values, in a fixed order (draws.py). A scheme gives each run n pl
     Sobol            a scrambled sequence of low discrepancy (Owen's scrambling)
     Corners          all at their least or greatest, 2^n runs
     OneAtATime       all at their centre, then each at its least and its greatest, 2 n + 1 runs
+    Indices          two Sobol' samples A and B of N, and A with one column of B, N (n + 2) runs: what Sobol's indices are
+                     estimated from (Saltelli and others 2010)
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from itertools import product
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from typing import ClassVar
 
     from .axes import Axis
@@ -28,6 +30,7 @@ Places = tuple[float, ...]
 
 class Scheme:
     name: ClassVar[str] = ""
+    is_random: ClassVar[bool] = True  # its runs follow from a seed
 
     def __init__(self, runs: int = 1, seed: int = 1) -> None:
         self.runs, self.seed = runs, seed
@@ -43,9 +46,14 @@ class Scheme:
     def label(self) -> str:
         return f"{self.name} {self.runs}, seed {self.seed}"
 
+    def tag(self, places: Places, names: Sequence[str]) -> str:
+        """Which run one is, in words, where it has a name."""
+        return ""
+
 
 class Nominal(Scheme):
     name = "nominal"
+    is_random = False
 
     def places(self, draws: int) -> list[Places]:
         return [()]
@@ -91,6 +99,7 @@ class Sobol(Scheme):
 
 class Corners(Scheme):
     name = "corners"
+    is_random = False
 
     def count(self, draws: int) -> int:
         return 2**draws
@@ -104,9 +113,13 @@ class Corners(Scheme):
     def label(self) -> str:
         return "corners"
 
+    def tag(self, places: Places, names: Sequence[str]) -> str:
+        return " ".join(f"{name}{'+' if u else '-'}" for name, u in zip(names, places, strict=True))
+
 
 class OneAtATime(Scheme):
     name = "sensitivity"
+    is_random = False
 
     def count(self, draws: int) -> int:
         return 2 * draws + 1
@@ -119,9 +132,33 @@ class OneAtATime(Scheme):
     def label(self) -> str:
         return "one at a time"
 
+    def tag(self, places: Places, names: Sequence[str]) -> str:
+        moved = (f"{name}{'+' if u else '-'}" for name, u in zip(names, places, strict=True) if u != 0.5)
+        return next(moved, "nominal")
+
+
+class Indices(Scheme):
+    name = "indices"
+
+    def count(self, draws: int) -> int:
+        return self.runs * (draws + 2)
+
+    def places(self, draws: int) -> list[Places]:
+        from scipy.stats import qmc
+
+        if self.runs & (self.runs - 1) or self.runs < 2:
+            raise ValueError(f"{self.runs} runs: the samples of Sobol' indices are balanced at powers of 2")
+        both = qmc.Sobol(2 * draws, rng=self.seed).random_base2(self.runs.bit_length() - 1)
+        a, b = both[:, :draws], both[:, draws:]
+        found = [a, b]
+        for k in range(draws):
+            found.append(a.copy())
+            found[-1][:, k] = b[:, k]
+        return [tuple(_open(row)) for part in found for row in part.tolist()]
+
 
 SCHEMES: dict[str, type[Scheme]] = {
-    kind.name: kind for kind in (Nominal, MonteCarlo, LatinHypercube, Sobol, Corners, OneAtATime)
+    kind.name: kind for kind in (Nominal, MonteCarlo, LatinHypercube, Sobol, Corners, OneAtATime, Indices)
 }
 
 
