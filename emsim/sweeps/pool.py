@@ -21,18 +21,20 @@ if TYPE_CHECKING:
 CLUSTER = (
     "are its scheduler and its workers still there? run it again: runs that are done are kept by a sweep"
 )
-BATCH_SECONDS = 0.5  # a batch takes about so long: a worker that dies costs no more
+BATCH_SECONDS = 1.0  # a batch takes about so long: a worker that dies costs no more
 _kept: dict[object, Runner] = {}
 
 
-def work(task: Task, points: list[Point]) -> list[Outcome]:
-    """Some runs, in whatever process this is called."""
+def work(task: Task, points: list[Point]) -> tuple[list[Outcome], float]:
+    """Some runs, in whatever process this is called, and how many seconds one of them took."""
+    start = monotonic()
     key = _key(task)
     runner = _kept.get(key)
     if runner is None:
         _kept.clear()
         runner = _kept[key] = Runner(task)
-    return [runner.run(point) for point in points]
+    found = [runner.run(point) for point in points]
+    return found, (monotonic() - start) / len(points)
 
 
 def _key(task: Task) -> object:
@@ -55,9 +57,8 @@ def outcomes(
     elif jobs == 1 or len(points) == 1:
         batches = _Batches(points, 1)
         while batch := batches.next():
-            start = monotonic()
-            yield work(task, batch)
-            batches.took(len(batch), monotonic() - start)
+            found, batches.seconds = work(task, batch)
+            yield found
     else:
         yield from _on_cores(task, points, jobs)
 
@@ -66,18 +67,16 @@ class _Batches:
     """The runs in batches: one run first, then as many as take BATCH_SECONDS by the speed of the batches before."""
 
     def __init__(self, points: list[Point], jobs: int) -> None:
-        self.points, self.at, self.jobs, self.rate = points, 0, jobs, 0.0
+        self.points, self.at, self.jobs = points, 0, jobs
+        self.seconds = BATCH_SECONDS  # a run takes
 
     def next(self) -> list[Point]:
         """Empty at the end."""
         left = len(self.points) - self.at
-        size = max(1, min(int(self.rate * BATCH_SECONDS), -(-left // self.jobs)))
+        size = max(1, min(int(BATCH_SECONDS / max(self.seconds, 1e-9)), -(-left // self.jobs)))
         part = self.points[self.at : self.at + size]
         self.at += len(part)
         return part
-
-    def took(self, runs: int, seconds: float) -> None:
-        self.rate = runs / max(seconds, 1e-9)
 
 
 def _on_cores(task: Task, points: list[Point], jobs: int) -> Iterator[list[Outcome]]:
@@ -88,18 +87,17 @@ def _on_cores(task: Task, points: list[Point], jobs: int) -> Iterator[list[Outco
         ProcessPoolExecutor(jobs, mp_context=context(), initializer=belong) as pool,
         told_lost("of this machine", MEMORY),
     ):
-        running: dict[Future[list[Outcome]], tuple[int, float]] = {}
+        running: set[Future[tuple[list[Outcome], float]]] = set()
         try:
             while True:
                 while len(running) < jobs and (batch := batches.next()):
-                    running[pool.submit(work, task, batch)] = len(batch), monotonic()
+                    running.add(pool.submit(work, task, batch))
                 if not running:
                     return
-                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                done, running = wait(running, return_when=FIRST_COMPLETED)
                 for future in done:
-                    runs, start = running.pop(future)
-                    batches.took(runs, monotonic() - start)
-                    yield future.result()
+                    found, batches.seconds = future.result()
+                    yield found
         except BaseException:  # Ctrl-C, or nobody wants the rest: whole pools are waited for
             pool.shutdown(wait=False, cancel_futures=True)
             raise
@@ -184,11 +182,21 @@ def _on_cluster(task: Task, points: list[Point], address: str) -> Iterator[list[
         raise OutsideError(said) from None
     with client, told_lost(f"of {address}", CLUSTER):
         workers = max(1, sum(client.nthreads().values()))
-        size = max(1, min(200, -(-len(points) // (4 * workers))))
-        parts = [points[k : k + size] for k in range(0, len(points), size)]
-        futures = [client.submit(work, task, part, pure=False) for part in parts]
+        batches = _Batches(points, workers)
+        running = as_completed(loop=client.loop)
+        futures: set[Any] = set()
         try:
-            for future in as_completed(futures, loop=client.loop):
-                yield future.result()
+            while True:
+                # one that is worked on and one that waits for every worker
+                while len(futures) < 2 * workers and (batch := batches.next()):
+                    future = client.submit(work, task, batch, pure=False)
+                    futures.add(future)
+                    running.add(future)
+                if not futures:
+                    return
+                future = next(running)
+                futures.discard(future)
+                found, batches.seconds = future.result()
+                yield found
         finally:
-            client.cancel(futures)
+            client.cancel(list(futures))

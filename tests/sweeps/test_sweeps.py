@@ -274,6 +274,63 @@ def test_a_dask_cluster_and_a_worker_that_dies(tmp_path):
     assert bits(s) == bits(alone)
 
 
+def test_a_scheduler_that_dies_is_told_and_what_was_done_is_kept(tmp_path):
+    pytest.importorskip("distributed")
+    (tmp_path / "d.cir").write_text(
+        DIVIDER.replace(".op\n", ".op\nV9 s 0 SIN(0 1 10k)\nR9 s t 1k\nC9 t 0 1n\n.tran 1u 10m\n")
+    )
+    path, journal, told = str(tmp_path / "d.cir"), str(tmp_path / "j"), tmp_path / "scheduler.json"
+    command = [
+        sys.executable,
+        "-m",
+        "distributed.cli.dask_scheduler",
+        "--host",
+        "127.0.0.1",
+        "--port",
+        "0",
+        "--no-dashboard",
+    ]
+    scheduler = subprocess.Popen([*command, "--scheduler-file", str(told)], stderr=subprocess.DEVNULL)
+    workers: list[subprocess.Popen[bytes]] = []
+    try:
+        end = time.monotonic() + 60
+        while not told.exists():
+            assert time.monotonic() < end and scheduler.poll() is None
+            time.sleep(0.05)
+        address = json.loads(told.read_text())["address"]
+        worker = [
+            sys.executable,
+            "-m",
+            "distributed.cli.dask_worker",
+            address,
+            "--host",
+            "127.0.0.1",
+            "--no-dashboard",
+            "--no-nanny",
+        ]
+        workers = [
+            subprocess.Popen(
+                [*worker, "--no-nanny", "--nthreads", "1", "--death-timeout", "5"],
+                stderr=subprocess.DEVNULL,
+                cwd=tmp_path,
+            )
+            for _ in range(2)
+        ]
+
+        def kill(done: int, runs: int) -> None:
+            scheduler.kill()
+
+        with pytest.raises(emsim.OutsideError) as caught:
+            emsim.sweep(path, scheme="mc", runs=160, cluster=address, journal=journal, progress=kill)
+        assert [d.code for d in caught.value.diagnostics] == ["E523"]
+    finally:
+        for process in (scheduler, *workers):
+            process.kill()
+            process.wait()
+    s = emsim.sweep(path, scheme="mc", runs=160, journal=journal, jobs=None)
+    assert s.resumed and bits(s) == bits(emsim.sweep(path, scheme="mc", runs=160))
+
+
 # ---- failures, files, the command ------------------------------------------------------------------
 
 
