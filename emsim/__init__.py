@@ -4,6 +4,7 @@
     compile(source)  the deck's equations -> System
     check(source)    the facts of a deck without running it
     Deck(source)     a deck that is read once, altered and run as often as one likes
+    Session(source)  a run that is led: inputs set, outputs read, from step to step, and put back
     sweep(source)    many runs of a deck -> Swept
     fit(source, data, vary)        values from measured curves -> Fitted
     optimise(source, vary, goals)  values from goals of .meas -> Optimised
@@ -21,21 +22,22 @@ if TYPE_CHECKING:
     from .alterable import Deck
     from .diagnostics import ConvergenceError, DeckError, Interrupted, OutsideError
     from .fits import fit, optimise
+    from .fmus.session import Session
     from .pipeline import check, compile, run
     from .result import Result, Table
     from .sweeps import sweep
     from .system import System
 
 __all__ = [
-    "ConvergenceError", "Deck", "DeckError", "Interrupted", "OutsideError", "Result", "System", "Table", "check", "compile",
-    "fit", "optimise", "run", "sweep",
+    "ConvergenceError", "Deck", "DeckError", "Interrupted", "OutsideError", "Result", "Session", "System", "Table", "check",
+    "compile", "fit", "optimise", "run", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
     "run": "pipeline", "sweep": "sweeps", "fit": "fits", "optimise": "fits", "compile": "pipeline", "check": "pipeline",
     "Deck": "alterable", "Result": "result", "Table": "result", "System": "system",
     "DeckError": "diagnostics", "ConvergenceError": "diagnostics", "OutsideError": "diagnostics",
-    "Interrupted": "diagnostics",
+    "Interrupted": "diagnostics", "Session": "fmus.session",
 }  # fmt: skip
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..assemble import Assembly, Context, Output
+    from ..deck import Probe
     from ..diagnostics import Span
     from ..source import Source
 
@@ -95,6 +96,34 @@ def export(
         "tune": ports.given(tunables, False),
         "out": ports.given(outputs, True),
     }
+    assembly, model, variables = opened(source, more, defines, options)
+    flat = assembly.flat
+    where = flat.sources[0].path
+    stem = os.path.splitext(os.path.basename(where))[0] if where else "model"
+    path = f"{stem}.fmu" if path is None else path
+    name = identifier(stem)
+    data, token = stamped(assembly, model, variables)
+    of_model = description.Model(
+        name, flat.title.strip() or stem, token, model.tstop, model.tstep, float(assembly.options.get("reltol", 1e-3)),
+        can_return=not assembly.ctx.delayed,
+    )  # fmt: skip
+    files = {
+        "modelDescription.xml": description.text(of_model, variables, version).encode(),
+        f"resources/{MODEL}": data,
+        **{f"binaries/{folder}/{name}{ending}": data for folder, ending, data in binaries},
+        **library.licences(),
+    }
+    write(path, files)
+    return Exported(path, version, variables, flat.sink.diagnostics)
+
+
+def opened(
+    source: Source,
+    more: Mapping[str, list[Probe]],
+    defines: Mapping[str, Any] | None,
+    options: Mapping[str, Any] | None,
+) -> tuple[Assembly, Model, list[Variable]]:
+    """The deck with what its .fmu card and `more` name, compiled. Raises DeckError."""
     flat, params = read(load(source, defines), options, more)
     if not flat.fmu["out"]:
         said, hint = (
@@ -105,23 +134,8 @@ def export(
     flat.is_drawn = False
     assembly, model, taken = prepare(flat, dict(options or {}), params, Model)
     variables = listed(assembly, model, taken)
-    where = flat.sources[0].path
-    stem = os.path.splitext(os.path.basename(where))[0] if where else "model"
-    path = f"{stem}.fmu" if path is None else path
-    name = identifier(stem)
-    packed, token = stamped(assembly, model, variables)
-    of_model = description.Model(
-        name, flat.title.strip() or stem, token, model.tstop, model.tstep, float(assembly.options.get("reltol", 1e-3)),
-        can_return=not assembly.ctx.delayed,
-    )  # fmt: skip
-    files = {
-        "modelDescription.xml": description.text(of_model, variables, version).encode(),
-        f"resources/{MODEL}": packed,
-        **{f"binaries/{folder}/{name}{ending}": data for folder, ending, data in binaries},
-        **library.licences(),
-    }
-    write(path, files)
-    return Exported(path, version, variables, flat.sink.diagnostics)
+    check(assembly, variables)
+    return assembly, model, variables
 
 
 def listed(assembly: Assembly, tran: Tran, taken: list[ports.Port]) -> list[Variable]:
@@ -145,9 +159,27 @@ def listed(assembly: Assembly, tran: Tran, taken: list[ports.Port]) -> list[Vari
 
 def stamped(assembly: Assembly, tran: Model, of: list[Variable]) -> tuple[bytes, str]:
     """The model as bytes, and the token by which the library knows the description that belongs to it."""
-    given = [v for v in of if v.causality in ("input", "parameter")]
+    text = "\n".join(repr(v) for v in of)
+    token = hashlib.sha256(packed(assembly, tran, of) + text.encode() + __version__.encode()).hexdigest()[:32]
+    return packed(assembly, tran, of, token), token
+
+
+def packed(assembly: Assembly, tran: Model, of: list[Variable], token: str = "") -> bytes:
+    """The model as bytes."""
+    inputs = [(v.name, float(v.start or 0.0), v.variability) for v in given(of)]
+    outputs = [(o.expr, o.name) for o in assembly.outputs[tran] if o.expr is not None]
+    return pack(assembly, tran, inputs, outputs, token)
+
+
+def given(of: list[Variable]) -> list[Variable]:
+    """What comes from outside."""
+    return [v for v in of if v.causality in ("input", "parameter")]
+
+
+def check(assembly: Assembly, of: list[Variable]) -> None:
+    """Raises DeckError (E381) for what cannot come from outside."""
     known = {name.removeprefix(OUTSIDE) for name in assembly.ctx.inputs}
-    unread = next((v.name for v in given if v.name not in known), None)
+    unread = next((v.name for v in given(of) if v.name not in known), None)
     if unread is not None:
         deck_error(
             "E381",
@@ -156,16 +188,10 @@ def stamped(assembly: Assembly, tran: Model, of: list[Variable]) -> tuple[bytes,
             "take it out of the list",
         )
     assert assembly.flat.inputs is not None
-    lost = next((v.name for v in given if OUTSIDE + v.name in assembly.flat.inputs.lost), None)
+    lost = next((v.name for v in given(of) if OUTSIDE + v.name in assembly.flat.inputs.lost), None)
     if lost is not None:
         said = f"`{lost}` cannot come from outside: its card decides by it, or takes it as a plain number"
         deck_error("E381", said, _asked(assembly, lost), "take it out of the list, and give it in the deck")
-    inputs = [(v.name, float(v.start or 0.0), v.variability) for v in given]
-    outputs = [(o.expr, o.name) for o in assembly.outputs[tran] if o.expr is not None]
-    text = "\n".join(repr(v) for v in of)
-    unstamped = pack(assembly, tran, inputs, outputs, "")
-    token = hashlib.sha256(unstamped + text.encode() + __version__.encode()).hexdigest()[:32]
-    return pack(assembly, tran, inputs, outputs, token), token
 
 
 def _asked(assembly: Assembly, word: str) -> Span:

@@ -2,6 +2,7 @@
 //! system, one for syntax trees, one for Verilog-A, one for circuit diagrams.
 mod builder;
 mod expr;
+mod instance;
 mod schematic;
 mod smallsignal;
 mod syntax;
@@ -51,6 +52,8 @@ fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<system::Waveforms>()?;
     m.add_class::<smallsignal::SmallSignal>()?;
     m.add_class::<syntax::Trees>()?;
+    m.add_class::<instance::Instance>()?;
+    m.add_class::<instance::State>()?;
     m.add_class::<veriloga::VerilogA>()?;
     m.add_function(wrap_pyfunction!(veriloga::veriloga, m)?)?;
     m.add_function(wrap_pyfunction!(schematic::arrange_diagram, m)?)?;
