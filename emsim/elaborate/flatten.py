@@ -124,6 +124,8 @@ class _Flattener:
         self.flat.params = top.scope.values
         if self.deck.asked is not None:
             cards = [*(card for card in cards if card.__class__ is not Analysis), *self.deck.asked]
+        # options first: scale decides which bin of a model an element takes
+        cards.sort(key=lambda card: card.__class__ is not Dot or card.kind != "options")
         self.emit(cards, top)
         self.currents_of_both()
         steps.change_elements(self.flat, self.changes, top.scope.models)
