@@ -26,6 +26,7 @@ from ..deck import (
     Print,
     Probe,
     Subckt,
+    Unread,
 )
 from ..diagnostics import Fix, OutsideError, instead, suggest
 from ..draws import SEED, Draws
@@ -333,6 +334,8 @@ class _Flattener:
                     self.instance(card, level)
                 elif kind is MachineCard:
                     self.machine_card(card, level)
+                elif kind is Unread:
+                    self.sink.add(card.diagnostic)
                 elif kind is Analysis:
                     args = [as_float(a, level.scope) if isinstance(a, Node) else a for a in card.args]
                     self.flat.analyses.append(Analysis(card.kind, args, card.flags, card.span))
