@@ -237,7 +237,7 @@ def _blank_commas(text: str) -> str:
 
 
 def without_statistics(line: Line) -> Line | None:
-    """A .param without the spreads of HSPICE's statistics, dev/gauss='..': its nominal values, as in ngspice. None where it has none."""
+    """A .param without the spreads of HSPICE's statistics, dev/gauss='..': its nominal values, as in ngspice."""
     import re
 
     blank = re.sub(
@@ -339,7 +339,7 @@ class _Builder(ElementCards, DotCards):
 
     @staticmethod
     def dotless(line: Line) -> Diagnostic | None:
-        """`include "file"` in a library, as in one of sky130's: ngspice takes it as a source of 0 A, so nothing is missing there."""
+        """`include "file"` in a library, as in one of sky130's: ngspice takes it as a source of 0 A."""
         if syntax.first_word(line.text) != "include":
             return None
         said = "`include` without its dot includes nothing, as in ngspice"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from ..build import reread_as_element
 from ..deck import FlatDeck, MachineCard, Model
 from ..diagnostics import Diagnostic, instead, suggest
@@ -36,7 +34,7 @@ LTSPICE_PARTS = {
     "counter": "a code model between bridges: d_fdiv",
 }  # fmt: skip
 
-ROUNDING = 1e-15  # lengths that differ by less, for their size, are one
+TINY = 1e-12  # lengths that differ by less are one [m]
 
 # what a .model may say of its elements: PSpice's temperatures, and what multiplies a value
 OF_ELEMENTS = {"t_abs": "temp", "t_rel_global": "dtemp", "scale": "scale"}
@@ -138,7 +136,7 @@ class Models:
         return model
 
     def _of_its_bin(self, e: Element, name: str, level: Level) -> Model | None:
-        """Of the models name.1, name.2, ... the one for the element's l and w, as in ngspice: lmin <= l < lmax, likewise w.
+        """Of the models name.1, name.2, ... the first that holds l and w, as in ngspice: lmin <= l <= lmax, likewise w.
         Bins are in metres; option scale makes metres of l and w. With wnflag=1 a bin is one of the width of a finger."""
         bins = [m for word in _bins(level.scope, name) if (m := self.at(word, level.scope)) is not None]
         if not bins:
@@ -153,7 +151,7 @@ class Models:
             low, high = (
                 float(model.params.get(key + end, bound)) for end, bound in (("min", 0.0), ("max", 1e30))
             )
-            return math.isclose(size[key], low, rel_tol=ROUNDING) or low < size[key] < high
+            return low - TINY <= size[key] < high + TINY
 
         for model in bins:
             if fits(model, "l") and fits(model, "w"):
