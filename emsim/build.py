@@ -13,7 +13,7 @@ from .build_dots import DotCards
 from .build_elements import ElementCards
 from .build_expr import expression, extent
 from .cards import CARDS
-from .deck import Analysis, Deck, Dot
+from .deck import Analysis, Deck, Dot, Unread
 from .diagnostics import DeckError, Diagnostic, OutsideError, Sink, Span, suggest
 from .elements import LETTERS, Element
 from .marks import card_class, start_of
@@ -238,6 +238,23 @@ def _blank_commas(text: str) -> str:
     return "".join(out)
 
 
+def without_statistics(line: Line) -> Line | None:
+    """A .param without the spreads of HSPICE's statistics, dev/gauss='..': its nominal values, as in ngspice."""
+    import re
+
+    blank = re.sub(
+        r"\b(?:dev|lot)/\w+\s*=\s*(?:'[^']*'|\{[^}]*\}|\S+)",
+        lambda found: " " * len(found[0]),
+        line.text,
+        flags=re.IGNORECASE,
+    )
+    if blank == line.text:
+        return None
+    nominal = Line(line.file, line.number, line.col, line.start, line.end)
+    nominal.text = blank
+    return nominal
+
+
 # ---- cards ----
 
 
@@ -277,8 +294,11 @@ class _Builder(ElementCards, DotCards):
             except LineError as error:
                 from .mistakes import other_card
 
-                sink.add(other_card(line) or error.diagnostic)
-                continue
+                said = other_card(line) or error.diagnostic
+                if is_main or not any(kind == "subckt" for kind, _, _ in self.stack):
+                    sink.add(said if is_main else self.dotless(line) or said)
+                    continue
+                card = Unread(said)
             if card is not None:
                 self.body.append(card)
         for diagnostic in self.file.remarks:
@@ -319,6 +339,16 @@ class _Builder(ElementCards, DotCards):
                         self.sink.error("E294", said, span, hint)
         return found
 
+    @staticmethod
+    def dotless(line: Line) -> Diagnostic | None:
+        """`include "file"` in a library, as in one of sky130's: ngspice takes it as a source of 0 A."""
+        if syntax.first_word(line.text) != "include":
+            return None
+        said = "`include` without its dot includes nothing, as in ngspice"
+        return Diagnostic(
+            "warning", "W114", said, line.whole, "write .include if the file is meant to be read"
+        )
+
     def unread_line(self, line: Line) -> Any:
         """A line that the native parser did not read: a machine card, or what Lark knows the fault of, or can read."""
         first = line.text[0]
@@ -337,6 +367,8 @@ class _Builder(ElementCards, DotCards):
             rule, children = parse_line(line, "dot")
         except LineError as error:
             word = syntax.first_word(line.text)
+            if word == ".param" and (nominal := without_statistics(line)) is not None:
+                return self.convert(*parse_line(nominal, "dot"), line)
             if word not in (".print", ".save", ".probe") or error.diagnostic.code == "E103":
                 raise
             return self.piece_by_piece(line, word)

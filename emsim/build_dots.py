@@ -325,6 +325,8 @@ class DotCards(Cards):
                     # a number, the name of a file, a table such as 01z1
                     inner = _inside(value)
                     params[name] = str(inner.lower()) if spice_leftover(inner) else self.word(inner, line)
+                elif name == "version" and value.__class__ is not tuple and value.count(".") > 1:
+                    params[name] = _version(value)
                 elif kind in MOTOR_TYPES and value.__class__ is not tuple:
                     number = spice_number(value)  # its unit is judged by the MOTOR, as on the card
                     params[name] = str(value.lower()) if number is None else number
@@ -472,6 +474,13 @@ def _short(time: float) -> str:
         if time >= scale * (1.0 - 1e-9):
             return f"{time / scale:.6g}{letter}"
     return f"{time / 1e-12:.6g}p"
+
+
+def _version(text: str) -> float | str:
+    """4.8.1 is 4.81: cards write a version either way."""
+    first, *others = text.split(".")
+    digits = "".join(others)
+    return float(f"{first}.{digits}") if (first + digits).isdigit() else text.lower()
 
 
 def _inside(leaf: Leaf) -> Leaf:

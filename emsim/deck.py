@@ -14,7 +14,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .diagnostics import Place, Sink, Span
+    from .diagnostics import Diagnostic, Place, Sink, Span
     from .elements import Element
     from .expr import Node
     from .opened import Opened
@@ -305,6 +305,15 @@ class Instance(Placed):
     @property
     def nodes(self) -> list[str]:
         return [ref.name for ref in self.refs]
+
+
+class Unread:
+    """A line of a library's subcircuit that is wrong: told where somebody uses the subcircuit."""
+
+    __slots__ = ("diagnostic",)
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        self.diagnostic = diagnostic
 
 
 class Subckt:

@@ -26,6 +26,7 @@ from ..deck import (
     Print,
     Probe,
     Subckt,
+    Unread,
 )
 from ..diagnostics import Fix, OutsideError, instead, suggest
 from ..draws import SEED, Draws
@@ -124,6 +125,8 @@ class _Flattener:
         self.flat.params = top.scope.values
         if self.deck.asked is not None:
             cards = [*(card for card in cards if card.__class__ is not Analysis), *self.deck.asked]
+        # options first: scale decides which bin of a model an element takes
+        cards.sort(key=lambda card: card.__class__ is not Dot or card.kind != "options")
         self.emit(cards, top)
         self.currents_of_both()
         steps.change_elements(self.flat, self.changes, top.scope.models)
@@ -331,6 +334,8 @@ class _Flattener:
                     self.instance(card, level)
                 elif kind is MachineCard:
                     self.machine_card(card, level)
+                elif kind is Unread:
+                    self.sink.add(card.diagnostic)
                 elif kind is Analysis:
                     args = [as_float(a, level.scope) if isinstance(a, Node) else a for a in card.args]
                     self.flat.analyses.append(Analysis(card.kind, args, card.flags, card.span))

@@ -137,15 +137,22 @@ class Models:
         return model
 
     def _of_its_bin(self, e: Element, name: str, level: Level) -> Model | None:
-        """Of the models name.1, name.2, ... the one for the element's l and w, as in ngspice: lmin <= l < lmax, likewise w."""
+        """Of the models name.1, name.2, ... the first that holds l and w, as in ngspice: lmin <= l <= lmax, likewise w.
+        Bins are in metres; option scale makes metres of l and w. With wnflag=1 a bin is one of the width of a finger."""
         bins = [m for word in _bins(level.scope, name) if (m := self.at(word, level.scope)) is not None]
         if not bins:
             return None
-        size = {key: e.number(key, float(bins[0].params.get(key, 1e-4))) for key in ("l", "w")}
+        options = self.flat.options
+        scale = float(options.get("scale", 1.0))
+        size = {key: scale * e.number(key, float(bins[0].params.get(key, 1e-4))) for key in ("l", "w")}
+        if e.number("wnflag", float(options.get("wnflag", 0.0))):
+            size["w"] /= e.number("nf", 1.0)
 
         def fits(model: Model, key: str) -> bool:
-            low, high = (model.params.get(key + end, bound) for end, bound in (("min", 0.0), ("max", 1e30)))
-            return float(low) - TINY <= size[key] < float(high) + TINY
+            low, high = (
+                float(model.params.get(key + end, bound)) for end, bound in (("min", 0.0), ("max", 1e30))
+            )
+            return low - TINY <= size[key] < high + TINY
 
         for model in bins:
             if fits(model, "l") and fits(model, "w"):

@@ -1,4 +1,4 @@
-"""M: a MOSFET: Shichman and Hodges (devices/mos1.va), levels 2, 3, 6 (mos2.va, mos3.va, mos6.va), power MOSFETs (vdmos.va)."""
+"""M: a MOSFET: Shichman and Hodges (devices/mos1.va), levels 2, 3, 6 (mos2.va, ..), BSIM3, BSIM4, power MOSFETs (vdmos.va)."""
 
 from __future__ import annotations
 
