@@ -15,6 +15,8 @@ import math
 from itertools import pairwise
 
 from ..diagnostics import Sink, suggest
+from ..expr import OUTSIDE
+from ..opened import hand_on
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -199,6 +201,14 @@ class Context:
             assert self.flat.inputs is not None
             self.inputs[name] = self.b.input(self.flat.inputs[name])
         return self.inputs[name]
+
+    def by_hand(self, name: str, control: Expr, middle: float, reach: float) -> Expr:
+        """A switch's control, or what a hand has it be: beyond the `middle` by `reach`."""
+        word = OUTSIDE + hand_on(name)
+        if word not in (self.flat.inputs or ()):
+            return control
+        hand = self.b.wave_expr(self.input(word))
+        return control - hand * hand * (control - (middle + hand * reach))
 
     def standstill(self) -> Expr:
         """1 at operating points and in small signals, 0 in a run."""

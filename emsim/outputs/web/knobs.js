@@ -39,6 +39,13 @@ function placeSlider(slider, base, value) {
   slider.value = value;
 }
 
+// to both sides of the deck's value by so much, or to what was typed
+function placeAbout(slider, base, value, reach) {
+  slider.min = Math.min(base - reach, value);
+  slider.max = Math.max(base + reach, value);
+  slider.value = value;
+}
+
 // where a slider stands, rounded to what its length can show
 function slid(slider) {
   const step = nice((slider.max - slider.min) / 200);
