@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def hand_on(name: str) -> str:
-    """The input by which a page's reader holds a body (0 or 1) or turns a switch (1: closed, -1: open)."""
+    """The input by which a page's reader holds a body (0 or 1), or what is added to the control of a switch."""
     return f"hand on {name}"
 
 

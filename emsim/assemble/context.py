@@ -202,13 +202,12 @@ class Context:
             self.inputs[name] = self.b.input(self.flat.inputs[name])
         return self.inputs[name]
 
-    def by_hand(self, name: str, control: Expr, middle: float, reach: float) -> Expr:
-        """A switch's control, or what a hand has it be: beyond the `middle` by `reach`."""
+    def by_hand(self, name: str, control: Expr, way: float = 1.0) -> Expr:
+        """A switch's control, and what a hand adds to it, `way` upwards or downwards to close it."""
         word = OUTSIDE + hand_on(name)
         if word not in (self.flat.inputs or ()):
             return control
-        hand = self.b.wave_expr(self.input(word))
-        return control - hand * hand * (control - (middle + hand * reach))
+        return control + way * self.b.wave_expr(self.input(word))
 
     def standstill(self) -> Expr:
         """1 at operating points and in small signals, 0 in a run."""

@@ -14,7 +14,7 @@ from ..opened import hand_on as on
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from typing import Any
 
     from ..cards.base import Powers, Scene
@@ -55,16 +55,14 @@ class Hand(Card):
 
 def couple(m: Mechanism) -> list[Card]:
     """A hand for each body that can move, where hands are asked for."""
-    asked = m.ctx.flat.inputs or {}
+    asked: Mapping[str, float] = m.ctx.flat.inputs or {}
     bodies = [body for name, body in m.bodies.items() if OUTSIDE + on(name) in asked and not body.fixed]
     return [Hand(m, body, m.frames[body.name]) for body in bodies]
 
 
 def mass(m: Mechanism) -> float:
     """What a hand has to move, about [kg]: all masses, and inertias at the arm of the largest length."""
-    from .scale import scale
-
-    arm = scale(m).length or 1.0
+    arm = m.ctx.scale.length or 1.0
     parts = [v for b in m.bodies.values() if not b.fixed for v in (b.m, b.inertia[2] / (arm * arm))]
     return sum(getattr(v, "start", v) for v in parts) or 1.0
 

@@ -74,7 +74,7 @@ class Switch(Element):
                 self.model.param_spans.get(unit + "h", self.model.span),
                 f"ngspice makes it on already above {at - half:g} on the way up, off below {at + half:g} on the way down",
             )
-        control = ctx.by_hand(self.name, self.control(ctx), at, half + 1.0)
+        control = ctx.by_hand(self.name, self.control(ctx))
         if self.name not in ctx.flags:
             initial = {"on": 1, "off": 0}.get(self.extra.get("initial") or "", -1 if half == 0 else 0)
             down = control - (at - half) if half else None
@@ -150,7 +150,7 @@ class Switch(Element):
         return ctx.b.call("exp", -middle - span * (1.5 * x - 2.0 * x * x * x))
 
     def control_by_hand(self, ctx: Context, on: float, off: float) -> Expr:
-        return ctx.by_hand(self.name, self.control(ctx), 0.5 * (on + off), on - off)
+        return ctx.by_hand(self.name, self.control(ctx), 1.0 if on > off else -1.0)
 
     def control_formula(self, net: Net) -> str:
         """What controls it, in an expression of ngspice."""

@@ -15,9 +15,9 @@ from ..analyses.tran import Tran
 from ..assemble import hands
 from ..diagnostics import DeckError
 from ..elements.switches import Switch
-from ..expr import OUTSIDE
+from ..expr import OUTSIDE, to_text
 from ..opened import OpenNumber, hand_on
-from ..outputs.html import WEB
+from ..outputs.html import ENGINE_FILE, WEB
 from ..pipeline import flatten, load
 from . import ports
 from .model import pack, prepare, read
@@ -30,7 +30,9 @@ if TYPE_CHECKING:
     from ..assemble import Context, Output
     from ..assemble.drawing import Drawing
     from ..assemble.mechanism import Mechanism
+    from ..deck import Measure
     from ..elements import Element
+    from ..expr import Node
     from ..result import Result, Table
     from ..source import Source
 
@@ -80,6 +82,11 @@ class Computing:
             if hand_on(name) in self.hands:
                 self.switches[name] = (self.hands[hand_on(name)], 1 + len(outputs))
                 outputs.append((closed, f"closed({name})"))
+        self.measures = deck.measures
+        self.accounts: dict[str, Any] | None = None
+        if (book := assembly.accounts) is not None:
+            entries = [[(e.name, e.word, e.kind) for e in part] for part in (book.powers, book.energies)]
+            self.accounts = {"entries": entries, "devices": assembly.system.device_names, "open": book.open}
         self.mass = 1.0
         self.places: list[tuple[str, str, float, str, int, int]] = []
         self.grips: dict[int, list[int]] = {}
@@ -92,7 +99,14 @@ class Computing:
         places, grips = hands.movable(machine)
         says = "of the machine at the start"
         self.places = [
-            (c.q_name, c.unit, machine.found.x[c.row], f"{c.q_name} {says}", c.row, -1 if groups else c.speed_row)
+            (
+                c.q_name,
+                c.unit,
+                machine.found.x[c.row],
+                f"{c.q_name} {says}",
+                c.row,
+                -1 if groups else c.speed_row,
+            )
             for groups in [bool(machine.groups)]
             for c in places
         ]
@@ -101,13 +115,13 @@ class Computing:
     def data(self) -> dict[str, Any]:
         """As the page's scripts take it (outputs/web/engine.js)."""
         model = b64encode(compress(self.packed, 9)).decode("ascii")
-        names = ("inputs", "places", "grips", "hands", "switches", "mass", "columns", "scene", "circuit")
-        return {"model": model, **{name: getattr(self, name) for name in names}}
+        names = "inputs places grips hands switches mass measures accounts columns scene circuit"
+        return {"model": model, **{name: getattr(self, name) for name in names.split()}}
 
 
 def there() -> bool:
     """Is the engine of pages in this installation? emsim/engine/page.sh makes it."""
-    return exists(join(WEB, "engine.wasm"))
+    return exists(join(WEB, ENGINE_FILE))
 
 
 def engine(
@@ -115,11 +129,17 @@ def engine(
 ) -> dict[str, Any] | None:
     """What `outputs.html.write` takes as `engine`; None where the page is a recording."""
     found = computing(source, result.main, defines, options) if there() and len(result.plots) == 1 else None
-    return None if found is None else found.data()
+    if found is None:
+        return None
+    values = {m.name: m for m in result.measured}
+    for card in found.measures:
+        m = values.get(card["name"])
+        card["unit"], card["was"] = ("", None) if m is None else (m.unit, None if m.trouble else m.value)
+    return found.data()
 
 
 class _Opened:
-    """A deck of which these names are open. Raises DeckError."""
+    """A deck of which these names are open; `whole`: with hands, and accounts of `energy`. Raises DeckError."""
 
     def __init__(
         self,
@@ -127,13 +147,17 @@ class _Opened:
         names: Sequence[str],
         defines: Mapping[str, Any],
         options: Mapping[str, Any],
-        with_hands: bool,
+        whole: bool,
+        energy: bool = False,
     ) -> None:
         flat, params = read(load(source, defines), options, {"tune": ports.given([" ".join(names)], False)})
         flat.fmu = {"tune": flat.fmu["tune"]}
         flat.is_drawn = True
-        self.hands = hands.wanted(flat) if with_hands else []
-        self.assembly, self.tran, self.ports = prepare(flat, dict(options), params, Drawn, self.hands)
+        self.measures = [_measure(card) for card in flat.measures if card.analysis in ("", "tran")]
+        self.hands = hands.wanted(flat) if whole else []
+        self.assembly, self.tran, self.ports = prepare(
+            flat, dict(options), params, Drawn, self.hands, whole and energy
+        )
         unread = {p.name for p in self.ports} - {
             name.removeprefix("input ") for name in self.assembly.ctx.inputs
         }
@@ -150,9 +174,9 @@ def computing(
     if table.kind != "tran" or table.steps or not table.axis:
         return None
 
-    def opened(names: Sequence[str], with_hands: bool = False) -> _Opened | None:
+    def opened(names: Sequence[str], whole: bool = False) -> _Opened | None:
         try:
-            return _Opened(source, names, defines, options, with_hands)
+            return _Opened(source, names, defines, options, whole, table.energy is not None)
         except DeckError:
             return None
 
@@ -195,6 +219,22 @@ def _lines(
 def _is_one_number(e: Element) -> bool:
     value = e.extra.get("dc") if e.letter in "vi" else e.value
     return isinstance(value, (int, float)) and e.wave is None and not e.params and e.model is None
+
+
+def _measure(card: Measure) -> dict[str, Any]:
+    """As outputs/web/meas.js takes it."""
+
+    def text(node: Node | None) -> str | None:
+        return None if node is None else to_text(node).replace(OUTSIDE, "outside.")
+
+    clauses = [
+        {
+            "word": c.word, "body": text(c.body), "level": text(c.level),
+            "values": {k: text(v) for k, v in c.values.items()},
+        }
+        for c in card.clauses
+    ]  # fmt: skip
+    return {"name": card.name, "clauses": clauses}
 
 
 def _open(data: Any) -> Iterator[OpenNumber]:

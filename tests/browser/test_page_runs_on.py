@@ -61,7 +61,9 @@ C1 out 0 1u
 """
 PLACE = """(k, x) => { const m = window.emsim.machine, r = m.canvas.getBoundingClientRect(), p = m.place([k, x, 0, 0]);
     return [r.left + p[0], r.top + p[1]]; }"""
-SIGNAL = "name => [[...window.emsim.run.time], [...window.emsim.run.columns.find(c => c.name === name).values]]"
+SIGNAL = (
+    "name => [[...window.emsim.run.time], [...window.emsim.run.columns.find(c => c.name === name).values]]"
+)
 
 
 @pytest.fixture
@@ -91,9 +93,11 @@ def paused(seen: Any) -> None:
 
 
 def at_times(found: tuple[list[float], list[float]], time: list[float]) -> list[float]:
-    return [float(v) for v in emsim.interpolate(time, *found)] if hasattr(emsim, "interpolate") else [
-        _line(found, t) for t in time
-    ]
+    return (
+        [float(v) for v in emsim.interpolate(time, *found)]
+        if hasattr(emsim, "interpolate")
+        else [_line(found, t) for t in time]
+    )
 
 
 def _line(found: tuple[list[float], list[float]], t: float) -> float:
@@ -103,7 +107,9 @@ def _line(found: tuple[list[float], list[float]], t: float) -> float:
     return y[k - 1] + share * (y[k] - y[k - 1])
 
 
-def test_the_clock_runs_beyond_the_decks_end_and_the_curve_is_that_of_a_longer_run(opened: Callable[..., Any]) -> None:
+def test_the_clock_runs_beyond_the_decks_end_and_the_curve_is_that_of_a_longer_run(
+    opened: Callable[..., Any],
+) -> None:
     seen = opened(SWING, on=True)
     until(seen, 1.6)
     paused(seen)
@@ -176,8 +182,12 @@ def still(seen: Any) -> None:
     seen.wait_for_function("!window.engine.busy && !window.engine.hands.aiming && !window.engine.hands.next")
 
 
-@pytest.mark.parametrize(("text", "joint", "body", "by"), [(TWO, "h2", 2, (20.0, -50.0)), (LOOP, "a", 1, (-15.0, -10.0))])
-def test_a_body_dragged_starts_there(opened: Callable[..., Any], text: str, joint: str, body: int, by: tuple[float, float]) -> None:
+@pytest.mark.parametrize(
+    ("text", "joint", "body", "by"), [(TWO, "h2", 2, (20.0, -50.0)), (LOOP, "a", 1, (-15.0, -10.0))]
+)
+def test_a_body_dragged_starts_there(
+    opened: Callable[..., Any], text: str, joint: str, body: int, by: tuple[float, float]
+) -> None:
     seen = opened(text)
     to = hold(seen, body, 0.1, by)
     still(seen)
@@ -191,7 +201,8 @@ def test_a_body_dragged_starts_there(opened: Callable[..., Any], text: str, join
     seen.mouse.up()
     lines = [
         " ".join([*(w for w in line.split() if not w.startswith("ic=")), f"ic={angle!r}"])
-        if line.startswith(f"JOINT {joint} ") else line
+        if line.startswith(f"JOINT {joint} ")
+        else line
         for line in text.splitlines()
     ]
     table = emsim.run("\n".join(lines)).main
@@ -205,7 +216,9 @@ def test_a_body_dragged_starts_there(opened: Callable[..., Any], text: str, join
     assert f"angle({joint})" in seen.inner_text("#facts")
 
 
-def test_a_body_held_while_the_clock_runs_rests_where_spring_and_weight_balance(opened: Callable[..., Any]) -> None:
+def test_a_body_held_while_the_clock_runs_rests_where_spring_and_weight_balance(
+    opened: Callable[..., Any],
+) -> None:
     seen = opened(SWING.replace("pin ic=0.5", "pin ic=-1.5707963 damp=0.02"), on=True)
     hold(seen, 1, 0.2, (60.0, -20.0))
     t = seen.evaluate("window.engine.running.t")
@@ -251,22 +264,35 @@ def test_a_finger_takes_a_body_as_the_mouse_does(opened: Callable[..., Any]) -> 
     assert seen.evaluate("document.documentElement.scrollWidth") <= 400
 
 
-@pytest.mark.parametrize("model", ["SW(vt=0.5 ron=100 roff=1g)", "VSWITCH(von=1 voff=0 ron=100 roff=1g)", "SW(vt=0.5 vh=0.2 ron=100 roff=1g)"])
-def test_a_switch_that_was_clicked_is_held_against_its_control(opened: Callable[..., Any], model: str) -> None:
+@pytest.mark.parametrize(
+    "model",
+    [
+        "SW(vt=0.5 ron=100 roff=1g)",
+        "VSWITCH(von=1 voff=0 ron=100 roff=1g)",
+        "SW(vt=0.5 vh=0.2 ron=100 roff=1g)",
+    ],
+)
+def test_a_switch_that_was_clicked_is_held_against_its_control(
+    opened: Callable[..., Any], model: str
+) -> None:
     text = SWITCH.replace("SW(vt=0.5 ron=100 roff=1g)", model)
     seen = opened(text.replace("{level}", "0"))
     part = seen.locator("#circuit .part[data-part=s1]")
     part.click()
     seen.wait_for_function("window.engine.hands.turned.size && !window.engine.busy")
     assert "s1 held closed" in seen.inner_text("#facts")
-    assert seen.evaluate(SIGNAL, "v(out)")[1][-1] == pytest.approx(emsim.run(text.replace("{level}", "2")).main["v(out)"][-1], rel=1e-6)
+    assert seen.evaluate(SIGNAL, "v(out)")[1][-1] == pytest.approx(
+        emsim.run(text.replace("{level}", "2")).main["v(out)"][-1], rel=1e-6
+    )
     assert seen.locator("#circuit .held .lamp").count() == 1
     part.click()
     seen.wait_for_function("!window.engine.hands.turned.size && !window.engine.busy")
     assert abs(seen.evaluate(SIGNAL, "v(out)")[1][-1]) < 1e-4
 
 
-def test_a_switch_closes_at_once_while_the_clock_runs_and_opens_with_the_finger(opened: Callable[..., Any]) -> None:
+def test_a_switch_closes_at_once_while_the_clock_runs_and_opens_with_the_finger(
+    opened: Callable[..., Any],
+) -> None:
     seen = opened(SWITCH.replace("{level}", "0"), on=True)
     until(seen, 3e-4)
     part = seen.locator("#circuit .part[data-part=s1]")

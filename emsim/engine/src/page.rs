@@ -112,6 +112,26 @@ pub extern "C" fn page_pose() -> u32 {
     .is_some() as u32
 }
 
+/// The energy accounts of the last run, in `page_led`: how many powers, energies and devices there are; of each power its integral, of
+/// each device heat and charge, what went through each power and device, how far each energy went, energies at the start and at the end;
+/// then the rows of their course. How many numbers, 0 where none are kept.
+#[no_mangle]
+pub extern "C" fn page_accounts() -> usize {
+    PAGE.with_borrow_mut(|page| {
+        page.rows.clear();
+        let Some(ledger) = page.record.as_ref().and_then(|record| record.ledger.as_ref()) else { return 0 };
+        let (powers, devices, (moved, swing)) = (ledger.powers(), ledger.devices(), ledger.turned_over());
+        let counts = [powers.len(), ledger.first.len(), devices.len()].map(|n| n as f64);
+        let rows = &mut page.rows;
+        rows.extend(counts.into_iter().chain(powers));
+        rows.extend(devices.into_iter().flat_map(|(heat, charge)| [heat, charge]));
+        for more in [&moved, swing, &ledger.first, &ledger.last, ledger.trace.as_deref().unwrap_or(&[])] {
+            rows.extend_from_slice(more);
+        }
+        rows.len()
+    })
+}
+
 /// To the start of a run that is led, with the values as they are. How many numbers `page_led` has.
 #[no_mangle]
 pub extern "C" fn page_start() -> usize {

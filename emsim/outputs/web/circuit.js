@@ -134,7 +134,7 @@ class Circuit {
         if (s[0] === "line" || s[0] === "fill") svg("path", { d: line(s[1]) + (s[0] === "fill" ? "Z" : ""), class: s[0] }, g);
         else svg("circle", { cx: s[1], cy: s[2], r: s[3], class: s[0] }, g);
       }
-      for (const [x, y, anchor, words] of part.texts) svg("text", { x, y: y + 4, "text-anchor": anchor }, g).textContent = words;
+      for (const [x, y, anchor, words] of part.texts) svg("text", { x, y: y + 4, "text-anchor": anchor }, g).textContent = this.run.worded?.(part.name, words) ?? words;
       return { part, g };
     });
     for (const [x, y, anchor, words] of picture.names) svg("text", { x, y: y + 4, "text-anchor": anchor, class: "name" }, root).textContent = words;
@@ -210,6 +210,10 @@ class Circuit {
       text.textContent = Number.isFinite(v) ? written(v, part ? "A" : "V", 3) : "";
     }
     if (this.told) this.tell(this.told);
+  }
+  // labels that say values, as they are now
+  reword() {
+    for (const { part, g } of this.parts) [...g.querySelectorAll("text")].forEach((text, k) => part.texts[k] && (text.textContent = this.run.worded?.(part.name, part.texts[k][3]) ?? part.texts[k][3]));
   }
   // what stands beside parts in place of their currents: part -> words
   say(words) {

@@ -1,15 +1,15 @@
 // The engine in the page (engine/src/page.rs): what the reader moves is computed here, in a worker, with no server.
 "use strict";
 
-// Runs in the worker, one request after the other. {wasm, model, places}: the engine begins. Others first set what is in `set`,
+// Runs in the worker, one request after the other. {packed, model, places}: the engine begins. Others first set what is in `set`,
 // [[input, value]..], and `place`, [[unknown, value]..]; then {whole}: the run anew; {start} and {step}: a run that is led, from its
 // start and on by `step` seconds in no more than `budget` ms; {aim}: coordinates at the start that bring a point of a body to a place.
 function engineWorker() {
   let e, width, pace = 0;
   const text = () => new TextDecoder().decode(new Uint8Array(e.memory.buffer, e.page_text(), e.page_text_length()).slice());
   const done = (ok) => { if (!ok) throw new Error(text()); };
-  async function begin({ wasm, model, places }) {
-    e = (await WebAssembly.instantiate(wasm, {})).instance.exports;
+  async function begin({ packed, model, places }) {
+    e = (await WebAssembly.instantiate(unlzma(Uint8Array.from(atob(packed), (c) => c.charCodeAt(0))), {})).instance.exports;
     const room = e.page_room(model.length);
     new Uint8Array(e.memory.buffer, room, model.length).set(model);
     width = e.page_open(room, model.length);
@@ -20,7 +20,8 @@ function engineWorker() {
     const began = performance.now(), rows = e.page_run(), seconds = (performance.now() - began) / 1000, said = text();
     const data = new Float64Array(e.memory.buffer, e.page_rows(), rows * width);
     const found = Array.from({ length: width }, (_, c) => { const values = new Float64Array(rows); for (let k = 0, at = c; k < rows; k++, at += width) values[k] = data[at]; return values; });
-    postMessage({ found, said, seconds }, found.map((values) => values.buffer));
+    const accounts = led(e.page_accounts());
+    postMessage({ found, said, seconds, accounts }, found.map((values) => values.buffer));
   }
   const led = (count) => new Float64Array(e.memory.buffer, e.page_led(), count).slice();
   function start() {
@@ -94,7 +95,7 @@ function engineWorker() {
   }
   // in the order in which they came
   let last = Promise.resolve();
-  onmessage = ({ data }) => { last = last.then(() => (data.wasm ? begin(data) : answer(data))).catch(failed); };
+  onmessage = ({ data }) => { last = last.then(() => (data.packed ? begin(data) : answer(data))).catch(failed); };
   function failed(error) {
     let said = String(error.message ?? error);
     try { said = text() || said; } catch { /* the engine is not there */ }
@@ -104,18 +105,17 @@ function engineWorker() {
 
 class Engine {
   // `deck`: as fmus/page.py has it; `base`: the run as it was recorded
-  constructor(deck, wasm, base) {
-    Object.assign(this, { deck, wasm, base, wishes: new Map(), values: new Map(), busy: false });
+  constructor(deck, packed, base) {
+    Object.assign(this, { deck, packed, base, wishes: new Map(), values: new Map(), busy: false });
     this.channels = [deck.scene, deck.circuit].flatMap((part) => part?.channels ?? []);
     this.knobs();
     this.hands = new Hands(this);
   }
   async begin() {
-    this.worker = new Worker(URL.createObjectURL(new Blob([`(${engineWorker})()`], { type: "text/javascript" })));
+    this.worker = new Worker(URL.createObjectURL(new Blob([`${unlzma}\n(${engineWorker})()`], { type: "text/javascript" })));
     this.worker.onmessage = ({ data }) => (data.aimed ? this.hands.aimed(data.aimed) : data.led ? this.running?.came(data) : this.came(data));
     this.worker.onerror = () => this.came({ found: null, said: "the engine cannot be begun here" });
-    const [wasm, model] = await Promise.all([inflate(this.wasm), inflate(this.deck.model)]);
-    this.worker.postMessage({ wasm, model, places: this.deck.places.map((place) => place.slice(4)) });
+    this.worker.postMessage({ packed: this.packed, model: await inflate(this.deck.model), places: this.deck.places.map((place) => place.slice(4)) });
   }
   // what is moved goes by one number: inputs and hands, and behind these where coordinates start
   get behind() { return this.deck.inputs.length + Object.keys(this.deck.hands).length; }
@@ -155,7 +155,7 @@ class Engine {
     this.worker = null;
     this.values.forEach((v, k) => this.wishes.set(k, v));
   }
-  async came({ found, said, seconds }) {
+  async came({ found, said, seconds, accounts }) {
     if (found === null) {
       this.forget();
       this.running?.stop();
@@ -165,7 +165,7 @@ class Engine {
       this.busy = false;
       return;
     }
-    await this.shown(found, said);
+    await this.shown(found, said, accounts);
     this.tell(said ? `${said}` : `computed here in ${written(seconds, "s", 2)}`, Boolean(said));
     if (this.wishes.size && !this.running) this.ask({ whole: true }); else this.busy = false;
     this.resolve?.();
@@ -186,6 +186,11 @@ class Engine {
     run.scene = drawn(deck.scene, base.scene);
     run.circuit = drawn(deck.circuit, base.circuit) || base.circuit;
     run.runs = [{ first: 0, rows: Infinity, scene: run.scene, circuit: run.circuit }];
+    // labels of parts that say a value
+    run.worded = (name, text) => {
+      const k = deck.inputs.findIndex(([own]) => own === name), said = (v) => written(v, deck.inputs[k][1].replace("Ohm", "\u03a9"));
+      return k >= 0 && text === said(this.start(k)) ? said(this.values.get(k) ?? this.start(k)) : text;
+    };
     run.closed = Object.fromEntries(Object.entries(deck.switches).map(([name, [, column]]) => [name, columns[column]]));
     return run;
   }
@@ -195,14 +200,22 @@ class Engine {
     return ["Transient Analysis", ...(rows ? [`${rows} points`] : []), ...(moved.length ? [moved.join(", ")] : [])].join(" \u00b7 ");
   }
   // the run as one of the page, the one before pale below it
-  async shown(columns, said) {
+  async shown(columns, said, accounts) {
     const { base } = this, changed = this.changed().length || this.hands.held().length;
-    const sheets = base.sheets.filter(([name]) => !["energy", "measures", "harmonics"].includes(name) || !changed);
-    const run = this.made(columns, { error: said || null, facts: changed ? this.facts(columns[0].length) : base.facts, sheets });
+    const run = this.made(columns, { error: said || null, facts: changed ? this.facts(columns[0].length) : base.facts });
+    if (accounts?.length && this.deck.accounts) run.energy = ledgerOf(this.deck.accounts, accounts);
+    run.sheets = base.sheets.map((sheet) => (changed || sheet[0] === "deck" ? this.sheet(run, ...sheet) : sheet));
     const before = window.emsim, ghosts = before && before.run !== run ? [ghostOf(before)] : [];
     await show(run);
     this.hands.mark();
     if (window.emsim) { window.emsim.waves.ghosts = ghosts; window.emsim.waves.build(); }
+  }
+  // what the sheets of the deck's run say of this one
+  sheet(run, name, title, html) {
+    if (name === "deck") return [name, title, this.written ? this.text() : html];
+    if (name === "measures" && this.deck.measures.length) return measuredSheet(run, this.deck.measures, (word) => { const k = this.deck.inputs.findIndex(([n]) => n === word); return k < 0 ? undefined : this.values.get(k) ?? this.start(k); });
+    if (!["energy", "measures", "harmonics", "messages"].includes(name)) return [name, title, html];
+    return name === "energy" ? [name, title, ""] : [name, `${title} of the deck`, html];
   }
   tell(text, wrong = false) {
     this.told.textContent = text;
@@ -252,13 +265,33 @@ class Engine {
     this.hands.mark();
     this.tell("");
   }
+  // a value into the text of the deck: its line is shown there, and copied
+  write(k) {
+    const lines = (this.lines ??= [...made("div", { innerHTML: this.base.sheets.find(([name]) => name === "deck")?.[2] ?? "" }).querySelectorAll(".deck span")].map((span) => span.textContent));
+    const [name] = this.named(k), value = this.rows.get(k).field.value, found = k < this.behind ? placeIn(lines, name) : this.alone(name) && startIn(lines, name, value);
+    if (!found) return this.tell(`${name} is said in no one place of the deck's text`, true);
+    const [at, col, size] = found;
+    lines[at] = typeof col === "string" ? col : lines[at].slice(0, col) + value + lines[at].slice(col + size);
+    (this.written ??= new Set()).add(at);
+    document.querySelector("#sheet-deck")?.replaceChildren(...made("div", { innerHTML: this.text() }).childNodes);
+    const copied = navigator.clipboard?.writeText(lines[at]) ?? Promise.reject();
+    copied.then(() => " (copied)", () => "").then((said) => this.tell(`line ${at + 1} of the deck: ${lines[at].trim()}${said}`));
+  }
+  // is it the one coordinate of its joint?
+  alone(name) { const of = name.slice(name.indexOf("(")); return this.deck.places.filter(([n]) => n.endsWith(of)).length === 1; }
+  text() {
+    const safe = (s) => s.replace(/[&<>]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;" })[c]);
+    return `<pre class="deck">${this.lines.map((line, k) => `<span id="line-${k + 1}"${this.written.has(k) ? ' class="picked"' : ""}>${safe(line)}</span>`).join("")}</pre>`;
+  }
   // a value that came from elsewhere than its slider
   put(k, value) { this.rows.get(k)?.put(value); }
   knob(k, name, unit, start, what) {
     const like = Math.abs(start) >= 1e-3 && Math.abs(start) < 1e6 ? "1" : "1k", text = spelled(+start.toPrecision(9), like);
     const label = k < this.behind ? name : `${name} at 0`;
     const slider = made("input", { type: "range", step: "any", title: "double click: as it was" }), field = made("input", { type: "text", value: text, spellcheck: false, size: 8 });
-    const back = made("button", { textContent: "\u21ba", title: `back to ${text}` }), row = made("div", { className: "knob" }, made("label", { textContent: label, title: unit ? `${what} [${unit}]` : what }), slider, field, back);
+    const back = made("button", { textContent: "\u21ba", title: `back to ${text}` }), write = made("button", { textContent: "\u270e", title: "write it into the deck's text, and copy the line", onclick: () => this.write(k) });
+    const row = made("div", { className: "knob" }, made("label", { textContent: label, title: unit ? `${what} [${unit}]` : what }), slider, field, back, write);
+    write.setAttribute("aria-label", `${label} into the deck's text`);
     slider.setAttribute("aria-label", label);
     field.setAttribute("aria-label", `${label}, as text`);
     back.setAttribute("aria-label", `${label} as in the deck`);
@@ -275,6 +308,6 @@ class Engine {
       placed(value);
       wish(value);
     };
-    return { row, put: (value) => { field.value = spelled(+value.toPrecision(6), like); placed(value); mark(value); } };
+    return { row, field, put: (value) => { field.value = spelled(+value.toPrecision(6), like); placed(value); mark(value); } };
   }
 }

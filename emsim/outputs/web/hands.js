@@ -3,6 +3,7 @@
 // spring between pointer and point that stands in the equations (assemble/hands.py).
 "use strict";
 
+const FAR_BEYOND = 1e9; // what is added to a switch's control [V or A]: no threshold lies there
 const NEAR = { mouse: 10, touch: 22 }, LATCH = 350; // px, ms
 // The spring: the machine's mass swings on it so often in a second of the wall, and its weight moves it by so much of the picture at most.
 const SWINGS = 1.5, SAG = 0.05, DAMPED = 0.7;
@@ -170,7 +171,7 @@ class Hands {
   free(name) { this.set(name, 0); }
   set(name, way) {
     if (way) this.turned.set(name, way); else this.turned.delete(name);
-    this.engine.wish([[this.deck.switches[name][0], way]]);
+    this.engine.wish([[this.deck.switches[name][0], way * FAR_BEYOND]]);
     this.mark();
   }
   held() { return [...this.turned].map(([name, way]) => `${name} held ${way > 0 ? "closed" : "open"}`); }

@@ -94,7 +94,7 @@ class Running {
     const { engine } = this, old = window.emsim;
     old?.clock.play(false);
     const full = [this.t, this.t + this.span], { base } = engine;
-    const sheets = base.sheets.filter(([name]) => !["energy", "measures", "harmonics"].includes(name));
+    const sheets = base.sheets.filter(([name]) => !["energy", "measures", "harmonics", "messages"].includes(name)).map((sheet) => engine.sheet(null, ...sheet));
     this.run = engine.made(this.views(), { facts: engine.facts(0), full, like: this.like, sheets });
     await show(this.run);
     const { clock, waves, machine } = (this.view = window.emsim);
@@ -145,7 +145,8 @@ class Running {
   }
   // something was moved: it acts with the next step
   wished(pairs) {
-    this.view && ($("facts").textContent = this.engine.facts(0));
+    if (this.view) $("facts").textContent = this.engine.facts(0);
+    if (window.emsim === this.view && pairs.some(([k]) => k < this.engine.deck.inputs.length)) this.view?.circuit?.reword();
     if (pairs.some(([k]) => k >= this.engine.behind)) this.engine.tell("the machine starts there when it is begun anew (\u27f2)");
   }
   // all that is drawn has the newest rows

@@ -344,7 +344,8 @@ class Waves {
 
 function padded(u, low, high) {
   if (low === null) return [0, 1];
-  const pad = high > low ? 0.06 * (high - low) : Math.abs(high) * 0.1 || 1;
+  // what differs by the rounding of a float32 stands still
+  const pad = high - low > 1e-7 * Math.max(Math.abs(low), Math.abs(high)) ? 0.06 * (high - low) : Math.abs(high) * 0.1 || 1;
   return [low - pad, high + pad];
 }
 

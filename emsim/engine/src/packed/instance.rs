@@ -5,9 +5,10 @@
 //! derivatives). Where its value jumps, the step begins with the values behind the jump, as at the corner of a source.
 mod placed;
 
-use super::{Packed, Varies};
+use super::{Accounts, Packed, Varies};
 use crate::graph::{Graph, Id};
 use crate::integrate::{self, Failed, Place, Session, Transient};
+use crate::ledger::Ledger;
 use crate::newton::{Failure, Options};
 use crate::record::Record;
 use crate::system::System;
@@ -182,11 +183,16 @@ impl Instance {
 
     /// The whole transient with the inputs as they are, and its rows as they are drawn: time and outputs, up to where it fails.
     pub fn whole(&mut self) -> (Record, Result<(), String>) {
-        let (a, options, mut record) = self.prepared();
+        let (a, mut options, mut record) = self.prepared();
         if let Err(said) = self.guarded(0.0) {
             return (record, Err(said));
         }
         let a = Transient { tstart: self.packed.tstart, ..a };
+        if let Some(Accounts { powers, energies, impulsive }) = &self.packed.accounts {
+            let mut ledger = Ledger::new(&self.graph, powers, energies, true);
+            ledger.impulsive.clone_from(impulsive);
+            (record.ledger, options.accounts) = (Some(ledger), true);
+        }
         let system = self.system.clone();
         let mut w = system.work();
         let outcome = integrate::run(&system, &mut w, a, &options, &mut record, &mut |_, _, _, _| true);
