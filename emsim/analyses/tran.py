@@ -204,7 +204,8 @@ class Tran(Analysis):
         watch = tick if progress else None
         drawn, book = assembly.drawn, assembly.accounts
         exprs = [*exprs, *channels(assembly, self)]
-        kept, impulsive = None, []
+        kept = None
+        impulsive: list[int] = []
         if book is not None:
             powers, energies, impulsive = book.expressions()
             kept = (powers, energies, drawn is not None)

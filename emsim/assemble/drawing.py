@@ -5,7 +5,8 @@ a set of channels: x, y, angle in a planar scene, x, y, z and the rotation matri
 name further channels (a current, a force) that change them. Nothing here is drawn: a page or a film does that
 (outputs/glyphs/, outputs/film.py, outputs/web/machine.js) from plain data:
 
-    {"planar": bool, "bodies": [{"name", "at": ["#channel" or number, ...], "aside": m}], "shapes": [{"kind", ...}], "view": {...}}
+    {"planar": bool, "bodies": [{"name", "at": ["#channel" or number, ...], "aside": m}],
+     "shapes": [{"kind", ...}], "view": {...}}
 """
 
 from __future__ import annotations

@@ -68,8 +68,9 @@ def mass(m: Mechanism) -> float:
 
 
 def movable(m: Mechanism) -> tuple[list[Coordinate], dict[str, list[int]]]:
-    """Coordinates that can be held elsewhere at the start or give way, and of each body those by which it is moved: of the nearest
-    joint towards the ground that has any. Displacements where there are any: who takes hold of a free body does not turn it."""
+    """Coordinates that can be held elsewhere at the start or give way, and of each body those by which it is moved: of the
+    nearest joint towards the ground that has any. Displacements where there are any: who takes hold of a free body does not
+    turn it."""
     places = m.places
     found = {name: _of_body(m, name) for name, body in m.bodies.items() if not body.fixed}
     return places, {name: [places.index(c) for c in own] for name, own in found.items()}

@@ -57,9 +57,10 @@ class Drawn(Tran):
 
 
 class Computing:
-    """`packed`: the model as bytes; `inputs`: (name, unit, start, what it is); `places`: of coordinates (name, unit, start, what it
-    is, unknown, speed or -1), the places by which a body of the scene is moved as `grips`; `hands`: the inputs behind those;
-    `columns`: names of its outputs; `scene` and `circuit`: what the drawings are made of, whose channels stand behind the columns."""
+    """`packed`: the model as bytes; `inputs`: (name, unit, start, what it is); `places`: of coordinates (name, unit, start, what
+    it is, unknown, speed or -1), the places by which a body of the scene is moved as `grips`; `hands`: the inputs behind those;
+    `columns`: names of its outputs; `scene` and `circuit`: what the drawings are made of, whose channels stand behind the
+    columns."""
 
     def __init__(self, deck: _Opened) -> None:
         assembly, tran = deck.assembly, deck.tran

@@ -1,5 +1,5 @@
-"""Pages whose run goes on for ever, hands on bodies and switches: beside closed forms and the command line's run of the deck that says
-the same."""
+"""Pages whose run goes on for ever, hands on bodies and switches: beside closed forms and the command line's run of the deck
+that says the same."""
 
 from __future__ import annotations
 
@@ -90,14 +90,6 @@ def until(seen: Any, t: float) -> None:
 def paused(seen: Any) -> None:
     seen.evaluate("window.engine.running.play(false)")
     seen.wait_for_function("!window.engine.running.waiting")
-
-
-def at_times(found: tuple[list[float], list[float]], time: list[float]) -> list[float]:
-    return (
-        [float(v) for v in emsim.interpolate(time, *found)]
-        if hasattr(emsim, "interpolate")
-        else [_line(found, t) for t in time]
-    )
 
 
 def _line(found: tuple[list[float], list[float]], t: float) -> float:
@@ -210,7 +202,7 @@ def test_a_body_dragged_starts_there(
         if not name.startswith("angle("):
             continue
         known = list(table.floats(table.names.index(name)))
-        time, mine = seen.evaluate(SIGNAL, name)
+        _, mine = seen.evaluate(SIGNAL, name)
         assert mine[0] == pytest.approx(known[0], abs=1e-9)
         assert mine[-1] == pytest.approx(known[-1], abs=1e-5 * max(map(abs, known)))
     assert f"angle({joint})" in seen.inner_text("#facts")
@@ -253,7 +245,8 @@ def test_a_finger_takes_a_body_as_the_mouse_does(opened: Callable[..., Any]) -> 
     seen = opened(TWO, width=400, height=800)
     x, y = seen.evaluate(f"({PLACE})(2, 0.2)")
     touch = """([kind, x, y]) => { const c = document.getElementById("machine");
-        c.dispatchEvent(new PointerEvent(kind, { pointerType: "touch", pointerId: 7, clientX: x, clientY: y, button: 0, bubbles: true, isPrimary: true })); }"""
+        const how = { pointerType: "touch", pointerId: 7, clientX: x, clientY: y, button: 0, bubbles: true, isPrimary: true };
+        c.dispatchEvent(new PointerEvent(kind, how)); }"""
     seen.evaluate("HTMLCanvasElement.prototype.setPointerCapture = () => {}")
     for kind, dx in (("pointerdown", 0), ("pointermove", 20), ("pointermove", 30)):
         seen.evaluate(touch, [kind, x + dx, y])

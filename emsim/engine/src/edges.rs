@@ -97,11 +97,12 @@ impl Edges {
         let (mut courses, mut others) = (Vec::new(), Vec::new());
         for (k, flag) in model.flags.iter().enumerate() {
             let roots = substitute(g, &[flag.up, flag.down], &map);
-            let known =
-                !flag.law.remembers() && !flag.law.of_modes() && roots.iter().all(|&r| of_time(g, r, &model.waves));
+            let straight = roots.iter().all(|&r| affine(g, r, &model.waves));
+            let known = !flag.law.remembers()
+                && !flag.law.of_modes()
+                && (straight || roots.iter().all(|&r| of_time(g, r, &model.waves)));
             timed.push(known);
             if known {
-                let straight = roots.iter().all(|&r| affine(g, r, &model.waves));
                 courses.push((!straight).then(|| Course::new(g, roots[0], roots[1])));
                 flags.push(k);
                 laws.push(flag.law);
