@@ -39,7 +39,7 @@ C1 out 0 1u
 BALL = """a ball that falls on an elastic floor
 BODY ball m=0.1 shape=disc(0.05)
 JOINT way 0 ball slide axis=(0,1) ic=1
-STOP floor way min=0 k=1e4 d=1
+STOP floor way min=0 k=1e4 c=1
 .gravity 9.81
 .tran 1m 1
 .end
