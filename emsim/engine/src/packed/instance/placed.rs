@@ -10,10 +10,6 @@ use crate::system::{System, Work};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Gaps of a start [m or rad], and Jacobians that are tried for it: those of the deck's own start.
-const CLOSED: f64 = 1e-12;
-const TRIES: usize = 200;
-
 #[derive(Default)]
 pub(super) struct Places {
     /// coordinates that may give way, with their speeds where these are their derivatives
@@ -87,7 +83,8 @@ impl Instance {
             sys.eval_jacobian(&mut w, &x, 0.0, false);
             entries(sys, &w, &gaps, &places, value, slopes);
         };
-        let found = project(gaps.len(), &mut gap, &mass, &at, &held, CLOSED, TRIES);
+        // gaps [m or rad] and tries are those of the deck's own start (`Builder.project`)
+        let found = project(gaps.len(), &mut gap, &mass, &at, &held, 1e-12, 200);
         let found = found.map_err(|_| "the closed loops of the machine do not reach there".to_string())?;
         places.iter().zip(found).for_each(|(&q, v)| x[q] = v);
 
