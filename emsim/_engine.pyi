@@ -305,12 +305,13 @@ class System:
         codes: dict[str, str],
         conditions: Sequence[str],
         warnings: dict[int, str],
+        accounts: tuple[Sequence[Expr], Sequence[Expr], Sequence[int]] | None = None,
     ) -> bytes:
         """The equations as bytes, for the engine in an FMU. Inputs: wave, name, value where nothing is said, and when it
         varies (continuous, tunable, fixed); outputs: expression (made before `compile`), name; guards: expression
         of inputs, its sign, which is to stay; times: tstep, tstop, tmax, tstart [s];
         codes: kind of failure -> the code under which it is explained; conditions: what flags are called; warnings: flag -> what
-        is said when it turns to 1. ValueError."""
+        is said when it turns to 1; accounts: as those of `tran`, with what works in impulses. ValueError."""
     def tran(
         self,
         tstep: float,

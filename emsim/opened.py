@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from ._engine import Expr
 
 
+def hand_on(name: str) -> str:
+    """The input by which a page's reader holds a body (0 or 1), or what is added to the control of a switch."""
+    return f"hand on {name}"
+
+
 class Opened(dict[str, float]):
     """Name -> value where nothing is said. `guards` (expression, its sign) and names that are `lost`: of its open numbers."""
 

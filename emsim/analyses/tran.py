@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from .base import Progress
 
 
-IMPULSIVE = ("DRIVE", "FRICTION")  # cards whose power goes with the forces in joints, those of impacts too
 SMALL = 64e6  # bytes that are never too many
 SAME = 1e-12  # of their size: charges that differ by less are the same
 DEGREE = 8  # of the polynomials within steps: no method's dense output has a higher one
@@ -206,8 +205,10 @@ class Tran(Analysis):
         drawn, book = assembly.drawn, assembly.accounts
         exprs = [*exprs, *channels(assembly, self)]
         kept = None
+        impulsive: list[int] = []
         if book is not None:
-            kept = ([e.expr for e in book.powers], [e.expr for e in book.energies], drawn is not None)
+            powers, energies, impulsive = book.expressions()
+            kept = (powers, energies, drawn is not None)
         begin, leg, charges = self.begin, self.leg, None
         if leg is not None and leg.begin is not None:
             begin, charges = self._begin(assembly)
@@ -228,9 +229,7 @@ class Tran(Analysis):
             ([o.expr for o in inside if o.expr is not None], DEGREE) if inside else None,
             assembly.machine.closures if assembly.machine is not None else (),
             begin,
-            impulsive=[k for k, e in enumerate(book.powers) if e.word in IMPULSIVE]
-            if book is not None
-            else (),
+            impulsive=impulsive,
             apart=paces,
             leg=None if leg is None else (start, until, charges),
             halts=self.flags,

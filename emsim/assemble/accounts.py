@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .context import Context
     from .mechanism import Mechanism
 
+IMPULSIVE = ("DRIVE", "FRICTION")  # cards whose power goes with the forces in joints, those of impacts too
 SUPPLIED, DISSIPATED, STORED = "supplied", "dissipated", "stored"
 
 
@@ -69,6 +70,12 @@ class Accounts:
     @property
     def powers(self) -> list[Entry]:
         return [e for e in self.entries if e.power]
+
+    def expressions(self) -> tuple[list[Expr], list[Expr], list[int]]:
+        """Of the powers and of the energies, and which of the powers work in impulses."""
+        powers = self.powers
+        impulsive = [k for k, e in enumerate(powers) if e.word in IMPULSIVE]
+        return [e.expr for e in powers], [e.expr for e in self.energies], impulsive
 
     @property
     def energies(self) -> list[Entry]:

@@ -15,6 +15,8 @@ import math
 from itertools import pairwise
 
 from ..diagnostics import Sink, suggest
+from ..expr import OUTSIDE
+from ..opened import hand_on
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -199,6 +201,13 @@ class Context:
             assert self.flat.inputs is not None
             self.inputs[name] = self.b.input(self.flat.inputs[name])
         return self.inputs[name]
+
+    def by_hand(self, name: str, control: Expr, way: float = 1.0) -> Expr:
+        """A switch's control, and what a hand adds to it, `way` upwards or downwards to close it."""
+        word = OUTSIDE + hand_on(name)
+        if word not in (self.flat.inputs or ()):
+            return control
+        return control + way * self.b.wave_expr(self.input(word))
 
     def standstill(self) -> Expr:
         """1 at operating points and in small signals, 0 in a run."""

@@ -5,7 +5,8 @@ a set of channels: x, y, angle in a planar scene, x, y, z and the rotation matri
 name further channels (a current, a force) that change them. Nothing here is drawn: a page or a film does that
 (outputs/glyphs/, outputs/film.py, outputs/web/machine.js) from plain data:
 
-    {"planar": bool, "bodies": [{"name", "at": ["#channel" or number, ...]}], "shapes": [{"kind", ...}], "view": {...}}
+    {"planar": bool, "bodies": [{"name", "at": ["#channel" or number, ...], "aside": m}],
+     "shapes": [{"kind", ...}], "view": {...}}
 """
 
 from __future__ import annotations
@@ -38,7 +39,9 @@ class Drawing:
         self._index: dict[str, int] = {}
         self.beside = _side_by_side(m)
         self.names = [GROUND, *m.bodies]
-        self.bodies = [{"name": name, "at": self._pose(name)} for name in self.names]
+        self.bodies = [
+            {"name": name, "at": self._pose(name), "aside": self.beside.get(name, 0.0)} for name in self.names
+        ]
         self._attached: dict[str, list[tuple[float, ...]]] = {name: [] for name in self.names}
         for joint in m.joints.values():
             self._attached[joint.a].append(joint.pa)

@@ -26,6 +26,7 @@ from . import (
     closing,
     coordinates,
     equations,
+    hands,
     laws,
     loops,
     prescribed,
@@ -325,7 +326,7 @@ class Machine(Mechanism):
             power = gain(self) if gain is not None else None
             if power is not None:
                 self.imbalances.append((card.name, self.public(power)))
-        self.active += shafts.couple(self)
+        self.active += [*shafts.couple(self), *hands.couple(self)]
 
     def _check_inertia(self, body: Body) -> None:
         """One number for j= says nothing about turns that leave the plane."""

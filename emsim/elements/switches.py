@@ -74,7 +74,7 @@ class Switch(Element):
                 self.model.param_spans.get(unit + "h", self.model.span),
                 f"ngspice makes it on already above {at - half:g} on the way up, off below {at + half:g} on the way down",
             )
-        control = self.control(ctx)
+        control = ctx.by_hand(self.name, self.control(ctx))
         if self.name not in ctx.flags:
             initial = {"on": 1, "off": 0}.get(self.extra.get("initial") or "", -1 if half == 0 else 0)
             down = control - (at - half) if half else None
@@ -87,6 +87,14 @@ class Switch(Element):
         roff = p.get("roff", 0.0)
         off = 1.0 / roff if roff else ctx.gmin
         return ctx.b.select(ctx.flags[self.name], ctx.b.const(on), ctx.b.const(off))
+
+    def closed(self, ctx: Context) -> Expr:
+        """More than a half where it is closed."""
+        if self.is_smooth and self.model is not None:
+            on, off, _, _ = self.turns(self.model.params)
+            return (self.control_by_hand(ctx, on, off) - off) / (on - off)
+        self.conductance(ctx)
+        return ctx.flags[self.name]
 
     @property
     def is_smooth(self) -> bool:
@@ -136,9 +144,13 @@ class Switch(Element):
 
     def smooth_conductance(self, ctx: Context, p: dict[str, Any]) -> Expr:
         on, off, ron, roff = self.turns(p)
-        x = ctx.clamp((self.control(ctx) - 0.5 * (on + off)) / (on - off), -0.5, 0.5)
+        control = self.control_by_hand(ctx, on, off)
+        x = ctx.clamp((control - 0.5 * (on + off)) / (on - off), -0.5, 0.5)
         middle, span = 0.5 * math.log(ron * roff), math.log(ron / roff)
         return ctx.b.call("exp", -middle - span * (1.5 * x - 2.0 * x * x * x))
+
+    def control_by_hand(self, ctx: Context, on: float, off: float) -> Expr:
+        return ctx.by_hand(self.name, self.control(ctx), 1.0 if on > off else -1.0)
 
     def control_formula(self, net: Net) -> str:
         """What controls it, in an expression of ngspice."""

@@ -13,7 +13,7 @@ from . import ports
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
     from typing import Any, TypeVar
 
     from .._engine import Expr
@@ -48,10 +48,15 @@ def read(
 
 
 def prepare(
-    flat: FlatDeck, options: dict[str, Any], params: Mapping[str, float], kind: type[Kind]
+    flat: FlatDeck,
+    options: dict[str, Any],
+    params: Mapping[str, float],
+    kind: type[Kind],
+    more: Iterable[str] = (),
+    energy: bool = False,
 ) -> tuple[Assembly, Kind, list[ports.Port]]:
     """The deck with its values from outside, compiled, its transient as that kind, and what comes from
-    outside. Raises DeckError."""
+    outside; `more` of it by name, which is 0 where nothing is said; with accounts of `energy`. Raises DeckError."""
     from ..assemble import assemble
     from ..assemble.options import resolve
     from ..source import NoCollection
@@ -78,8 +83,10 @@ def prepare(
     tran.tmax = tran.tmax if tmax is None else tmax
     flat.measures, flat.fours = [], []
     taken = ports.take(flat, params)
+    assert flat.inputs is not None
+    flat.inputs.update({OUTSIDE + name: 0.0 for name in more})
     with NoCollection():
-        return assemble(flat, settings, (tran.tstep, tran.tstop), analyses=[tran]), tran, taken
+        return assemble(flat, settings, (tran.tstep, tran.tstop), analyses=[tran], energy=energy), tran, taken
 
 
 def pack(
@@ -99,7 +106,7 @@ def pack(
     if assembly.machine is not None:
         said |= {name: f"[W401] {text}" for name, text in assembly.machine.flag_warnings.items()}
     warnings = {k: said[name] for k, name in enumerate(names) if name in said}
-    opened = assembly.flat.inputs
+    opened, book = assembly.flat.inputs, assembly.accounts
     return assembly.system.pack(
         token,
         [(wave[name], name, start, varies) for name, start, varies in inputs],
@@ -111,4 +118,5 @@ def pack(
         {**CODES, "chattering": "W405"},
         conditions,
         warnings,
+        None if book is None else book.expressions(),
     )

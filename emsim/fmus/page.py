@@ -1,5 +1,5 @@
 """A deck for the engine of a page: its equations as bytes, with what a reader may move there: .param, R, C, L, V, I lines and
-numbers of machine cards.
+numbers of machine cards, where the machine starts, and hands on bodies and switches (assemble/hands.py).
 
 What cannot be left open is left out: values that decide over the structure of the equations (a length of a closed loop, a ratio
 that folds a joint away), and those that a card takes as plain numbers.
@@ -12,9 +12,12 @@ from os.path import exists, join
 from zlib import compress
 
 from ..analyses.tran import Tran
+from ..assemble import hands
 from ..diagnostics import DeckError
-from ..opened import OpenNumber
-from ..outputs.html import WEB
+from ..elements.switches import Switch
+from ..expr import OUTSIDE, to_text
+from ..opened import OpenNumber, hand_on
+from ..outputs.html import ENGINE_FILE, WEB
 from ..pipeline import flatten, load
 from . import ports
 from .model import pack, prepare, read
@@ -26,7 +29,10 @@ if TYPE_CHECKING:
 
     from ..assemble import Context, Output
     from ..assemble.drawing import Drawing
+    from ..assemble.mechanism import Mechanism
+    from ..deck import Measure
     from ..elements import Element
+    from ..expr import Node
     from ..result import Result, Table
     from ..source import Source
 
@@ -40,6 +46,8 @@ class Drawn(Tran):
 
     def columns(self, ctx: Context) -> list[Output]:
         found = super().columns(ctx)
+        switches = [e for e in ctx.elements.values() if isinstance(e, Switch) and e.model is not None]
+        self.closed = {e.name: e.closed(ctx) for e in switches}
         if ctx.machine is not None:
             from ..assemble.drawing import draw
 
@@ -49,8 +57,10 @@ class Drawn(Tran):
 
 
 class Computing:
-    """`packed`: the model as bytes; `inputs`: (name, unit, start, what it is); `columns`: names of its outputs; `scene` and
-    `circuit`: what the drawings are made of, whose channels stand behind the columns."""
+    """`packed`: the model as bytes; `inputs`: (name, unit, start, what it is); `places`: of coordinates (name, unit, start, what
+    it is, unknown, speed or -1), the places by which a body of the scene is moved as `grips`; `hands`: the inputs behind those;
+    `columns`: names of its outputs; `scene` and `circuit`: what the drawings are made of, whose channels stand behind the
+    columns."""
 
     def __init__(self, deck: _Opened) -> None:
         assembly, tran = deck.assembly, deck.tran
@@ -63,19 +73,56 @@ class Computing:
             outputs += (
                 [(c.expr, c.name) for c in part.channels if c.expr is not None] if part is not None else []
             )
+        # name -> the input by which a hand turns it, the output that is more than a half where it is closed
+        self.switches: dict[str, tuple[int, int]] = {}
         self.inputs = [(p.name, p.unit, p.start, p.says) for p in deck.ports]
-        self.packed = pack(assembly, tran, [(p.name, p.start, "tunable") for p in deck.ports], outputs, "")
+        taken = [(p.name, p.start, "tunable") for p in deck.ports]
+        held = [name for name in deck.hands if OUTSIDE + name in assembly.ctx.inputs]
+        self.hands = {name: len(taken) + k for k, name in enumerate(held)}
+        for name, closed in tran.closed.items():
+            if hand_on(name) in self.hands:
+                self.switches[name] = (self.hands[hand_on(name)], 1 + len(outputs))
+                outputs.append((closed, f"closed({name})"))
+        self.measures = deck.measures
+        self.accounts: dict[str, Any] | None = None
+        if (book := assembly.accounts) is not None:
+            entries = [[(e.name, e.word, e.kind) for e in part] for part in (book.powers, book.energies)]
+            self.accounts = {"entries": entries, "devices": assembly.system.device_names, "open": book.open}
+        self.mass = 1.0
+        self.places: list[tuple[str, str, float, str, int, int]] = []
+        self.grips: dict[int, list[int]] = {}
+        if assembly.machine is not None and drawing is not None:
+            self._movable(assembly.machine, drawing.names)
+        self.packed = pack(assembly, tran, [*taken, *((name, 0.0, "tunable") for name in held)], outputs, "")
+
+    def _movable(self, machine: Mechanism, names: Sequence[str]) -> None:
+        self.mass = hands.mass(machine)
+        places, grips = hands.movable(machine)
+        says = "of the machine at the start"
+        self.places = [
+            (
+                c.q_name,
+                c.unit,
+                machine.found.x[c.row],
+                f"{c.q_name} {says}",
+                c.row,
+                -1 if groups else c.speed_row,
+            )
+            for groups in [bool(machine.groups)]
+            for c in places
+        ]
+        self.grips = {names.index(body): own for body, own in grips.items() if own}
 
     def data(self) -> dict[str, Any]:
         """As the page's scripts take it (outputs/web/engine.js)."""
         model = b64encode(compress(self.packed, 9)).decode("ascii")
-        found = {"model": model, "inputs": self.inputs, "columns": self.columns}
-        return {**found, "scene": self.scene, "circuit": self.circuit}
+        names = "inputs places grips hands switches mass measures accounts columns scene circuit"
+        return {"model": model, **{name: getattr(self, name) for name in names.split()}}
 
 
 def there() -> bool:
     """Is the engine of pages in this installation? emsim/engine/page.sh makes it."""
-    return exists(join(WEB, "engine.wasm"))
+    return exists(join(WEB, ENGINE_FILE))
 
 
 def engine(
@@ -83,19 +130,35 @@ def engine(
 ) -> dict[str, Any] | None:
     """What `outputs.html.write` takes as `engine`; None where the page is a recording."""
     found = computing(source, result.main, defines, options) if there() and len(result.plots) == 1 else None
-    return None if found is None else found.data()
+    if found is None:
+        return None
+    values = {m.name: m for m in result.measured}
+    for card in found.measures:
+        m = values.get(card["name"])
+        card["unit"], card["was"] = ("", None) if m is None else (m.unit, None if m.trouble else m.value)
+    return found.data()
 
 
 class _Opened:
-    """A deck of which these names are open. Raises DeckError."""
+    """A deck of which these names are open; `whole`: with hands, and accounts of `energy`. Raises DeckError."""
 
     def __init__(
-        self, source: Source, names: Sequence[str], defines: Mapping[str, Any], options: Mapping[str, Any]
+        self,
+        source: Source,
+        names: Sequence[str],
+        defines: Mapping[str, Any],
+        options: Mapping[str, Any],
+        whole: bool,
+        energy: bool = False,
     ) -> None:
         flat, params = read(load(source, defines), options, {"tune": ports.given([" ".join(names)], False)})
         flat.fmu = {"tune": flat.fmu["tune"]}
         flat.is_drawn = True
-        self.assembly, self.tran, self.ports = prepare(flat, dict(options), params, Drawn)
+        self.measures = [_measure(card) for card in flat.measures if card.analysis in ("", "tran")]
+        self.hands = hands.wanted(flat) if whole else []
+        self.assembly, self.tran, self.ports = prepare(
+            flat, dict(options), params, Drawn, self.hands, whole and energy
+        )
         unread = {p.name for p in self.ports} - {
             name.removeprefix("input ") for name in self.assembly.ctx.inputs
         }
@@ -108,13 +171,13 @@ class _Opened:
 def computing(
     source: Source, table: Table, defines: Mapping[str, Any], options: Mapping[str, Any]
 ) -> Computing | None:
-    """For the page of `table`, a transient of the same deck; None where a reader can move nothing of it."""
+    """For the page of `table`, a transient of the same deck; None where the deck cannot be opened."""
     if table.kind != "tran" or table.steps or not table.axis:
         return None
 
-    def opened(names: Sequence[str]) -> _Opened | None:
+    def opened(names: Sequence[str], whole: bool = False) -> _Opened | None:
         try:
-            return _Opened(source, names, defines, options)
+            return _Opened(source, names, defines, options, whole, table.energy is not None)
         except DeckError:
             return None
 
@@ -128,11 +191,11 @@ def computing(
 
     params = possible([], _parameters(source, defines, options))
     names = [*params, *possible(params, _lines(source, params, defines, options))]
-    deck = opened(names)
+    deck = opened(names, True)
     while deck is not None and deck.lost and deck.ports:
         names = [name for name in names if name not in deck.lost]
-        deck = opened(names)
-    return Computing(deck) if deck is not None and deck.ports else None
+        deck = opened(names, True)
+    return Computing(deck) if deck is not None else None
 
 
 def _parameters(source: Source, defines: Mapping[str, Any], options: Mapping[str, Any]) -> list[str]:
@@ -157,6 +220,22 @@ def _lines(
 def _is_one_number(e: Element) -> bool:
     value = e.extra.get("dc") if e.letter in "vi" else e.value
     return isinstance(value, (int, float)) and e.wave is None and not e.params and e.model is None
+
+
+def _measure(card: Measure) -> dict[str, Any]:
+    """As outputs/web/meas.js takes it."""
+
+    def text(node: Node | None) -> str | None:
+        return None if node is None else to_text(node).replace(OUTSIDE, "outside.")
+
+    clauses = [
+        {
+            "word": c.word, "body": text(c.body), "level": text(c.level),
+            "values": {k: text(v) for k, v in c.values.items()},
+        }
+        for c in card.clauses
+    ]  # fmt: skip
+    return {"name": card.name, "clauses": clauses}
 
 
 def _open(data: Any) -> Iterator[OpenNumber]:

@@ -61,7 +61,14 @@ SCRIPTS = (
     "app.js",
 )
 STYLES = ("vendor/uPlot.min.css", "page.css", "circuit.css", "knobs.css")
-ENGINE = "engine.js"  # of pages that compute, before the last script
+ENGINE_FILE = "engine.lzma"  # engine/page.sh makes it
+ENGINE = (
+    "lzma.js",
+    "meas.js",
+    "engine.js",
+    "running.js",
+    "hands.js",
+)  # of pages that compute, before the last script
 
 Sheet = tuple[str, str, str]  # name, title, inner HTML
 PACKED = "deflate:"
@@ -90,9 +97,9 @@ def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence
     template = _file("page.html")
     engine = ""
     if "engine" in run:
-        scripts = (*scripts[:-1], ENGINE, scripts[-1])
-        with open(join(WEB, "engine.wasm"), "rb") as file:
-            engine = b64encode(compress(file.read(), 9)).decode("ascii")
+        scripts = (*scripts[:-1], *ENGINE, scripts[-1])
+        with open(join(WEB, ENGINE_FILE), "rb") as file:
+            engine = b64encode(file.read()).decode("ascii")
     parts = {
         "engine": engine,
         "title": escape(run["title"]),

@@ -13,6 +13,7 @@ import pytest
 
 import emsim
 from emsim import pipeline
+from emsim.fmus import page as computing
 from emsim.outputs import html
 from emsim.reports import explained
 
@@ -66,16 +67,26 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     servo, still = folder / "servo.html", folder / "still.html"
     html.write(str(servo), result, deck.read_text(), explained.sheets(pipeline.explain(str(deck))))
     text = "divider\nV1 a 0 1\nR1 a b 1k\nC1 b 0 1n\nR2 b 0 1k\n.op\n.pz a 0 b 0 vol pz\n.end\n"
+    computes = folder / "computes.html"
+    engine = computing.engine(str(deck), result, {}, {}) if computing.there() else None
+    html.write(str(computes), result, deck.read_text(), engine=engine)
     html.write(str(still), emsim.run(text), text)
     stepped, spatial, rest = (folder / f"{name}.html" for name in ("stepped", "spatial", "rest"))
     html.write(str(stepped), pipeline.run(STEPPED, scene=True), STEPPED)
     html.write(str(spatial), pipeline.run(str(ROOT / "netlists/mechanical/heavy_top.cir"), scene=True))
     html.write(str(rest), pipeline.run(REST, scene=True), REST)
-    return {"servo": servo, "still": still, "stepped": stepped, "spatial": spatial, "rest": rest}
+    return {
+        "servo": servo,
+        "still": still,
+        "stepped": stepped,
+        "spatial": spatial,
+        "rest": rest,
+        "computes": computes,
+    }
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(1300, "light"), (1300, "dark"), (390, "light")])
-@pytest.mark.parametrize("name", ["servo", "still", "stepped", "spatial", "rest"])
+@pytest.mark.parametrize("name", ["servo", "still", "stepped", "spatial", "rest", "computes"])
 def test_axe_finds_nothing(
     axe: str, chromium: Any, pages: dict[str, Path], name: str, width: int, scheme: str
 ) -> None:
@@ -86,6 +97,17 @@ def test_axe_finds_nothing(
     page.goto(pages[name].as_uri())
     page.wait_for_selector("#tabs button")
     page.evaluate(axe)
+    if name == "computes" and computing.there():
+        page.wait_for_function("window.engine")
+        page.click("#knobs .fold")
+        field = page.get_by_label("rload, as text")
+        field.fill("50k")
+        field.press("Enter")
+        page.wait_for_function("!window.engine.busy")
+        assert page.evaluate(RULES) == []
+        page.click("text=runs on")
+        page.wait_for_function("window.engine.running?.view")
+        page.evaluate("window.engine.running.play(false)")
     for tab in page.locator("#tabs button").all():
         tab.click()
         assert page.evaluate(RULES) == [], tab.text_content()

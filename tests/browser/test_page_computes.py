@@ -60,7 +60,7 @@ def moved(tmp_path: Path, visit: Callable[..., Any]) -> Callable[..., Any]:
         assert page.stat().st_size < 1_150_000
         seen = visit(page, **size)
         seen.wait_for_function("window.engine")
-        seen.click("#knobs .head button")
+        seen.click("#knobs .fold")
         for name, value in values.items():
             field = seen.get_by_label(f"{name}, as text")
             field.fill(value)

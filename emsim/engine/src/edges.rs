@@ -97,11 +97,12 @@ impl Edges {
         let (mut courses, mut others) = (Vec::new(), Vec::new());
         for (k, flag) in model.flags.iter().enumerate() {
             let roots = substitute(g, &[flag.up, flag.down], &map);
-            let known =
-                !flag.law.remembers() && !flag.law.of_modes() && roots.iter().all(|&r| of_time(g, r, &model.waves));
+            let straight = roots.iter().all(|&r| affine(g, r, &model.waves));
+            let known = !flag.law.remembers()
+                && !flag.law.of_modes()
+                && (straight || roots.iter().all(|&r| of_time(g, r, &model.waves)));
             timed.push(known);
             if known {
-                let straight = roots.iter().all(|&r| affine(g, r, &model.waves));
                 courses.push((!straight).then(|| Course::new(g, roots[0], roots[1])));
                 flags.push(k);
                 laws.push(flag.law);
@@ -410,7 +411,7 @@ fn of_time(g: &Graph, e: Id, waves: &[Wave]) -> bool {
     g.reachable(&[e]).into_iter().all(|id| is_known(g.node(id), waves, true))
 }
 
-/// Is e a straight line in piecewise linear sources, whatever the flags?
+/// Is e a straight line in piecewise linear sources, whatever the flags? What comes from outside is one until it is disturbed.
 pub fn affine(g: &Graph, e: Id, waves: &[Wave]) -> bool {
     // degree of each node: 0 of flags and constants alone, 1 affine
     let mut degree: BTreeMap<Id, u8> = BTreeMap::new();
@@ -420,7 +421,7 @@ pub fn affine(g: &Graph, e: Id, waves: &[Wave]) -> bool {
         let d = match node {
             Node::Const(_) | Node::Flag(_) => 0,
             Node::Time => 1,
-            Node::Wave(k) if waves[k as usize].is_piecewise_linear() => 1,
+            Node::Wave(k) if waves[k as usize].is_piecewise_linear() || waves[k as usize].as_input().is_some() => 1,
             Node::Neg(a) => of(a),
             Node::Add(a, b) | Node::Sub(a, b) => of(a).max(of(b)),
             Node::Mul(a, b) => of(a).saturating_add(of(b)),

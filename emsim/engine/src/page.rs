@@ -11,7 +11,7 @@ use std::cell::RefCell;
 struct Page {
     open: Option<Instance>,
     record: Option<Record>,
-    row: Vec<f64>,
+    rows: Vec<f64>,
 }
 
 thread_local! {
@@ -48,7 +48,9 @@ pub unsafe extern "C" fn page_open(at: *mut u8, n: usize) -> i32 {
     let bytes = unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(at, n)) };
     let made = Packed::read(&bytes).and_then(|packed| {
         let count = 1 + packed.outputs.len();
-        Instance::new(packed).map(|instance| (instance, count))
+        let mut instance = Instance::new(packed)?;
+        instance.drawn = true;
+        Ok((instance, count))
     });
     PAGE.with_borrow_mut(|page| match made {
         Ok((instance, count)) => {
@@ -88,31 +90,75 @@ pub extern "C" fn page_rows() -> *const f64 {
     PAGE.with_borrow(|page| page.record.as_ref().map_or(std::ptr::null(), |record| record.data.as_ptr()))
 }
 
-/// To the start of a run that is led, with the values as they are.
+/// A coordinate that `page_place` may move, or that gives way: its unknown and that of its speed, or -1.
 #[no_mangle]
-pub extern "C" fn page_start() -> u32 {
-    let done = with(|page, deck| {
+pub extern "C" fn page_coordinate(unknown: u32, speed: i32) -> u32 {
+    with(|_, deck| deck.may_move(unknown as usize, usize::try_from(speed).ok())).is_some() as u32
+}
+
+/// Where a coordinate is at the start; not a number: where the deck has it. The run that is led is over.
+#[no_mangle]
+pub extern "C" fn page_place(unknown: u32, value: f64) -> u32 {
+    with(|_, deck| deck.place(unknown as usize, Some(value).filter(|v| v.is_finite()))).is_some() as u32
+}
+
+/// The outputs at the start that only hang on coordinates, in `page_led`.
+#[no_mangle]
+pub extern "C" fn page_pose() -> u32 {
+    with(|page, deck| {
+        deck.pose(&mut page.rows);
+        Ok(())
+    })
+    .is_some() as u32
+}
+
+/// The energy accounts of the last run, in `page_led`: how many powers, energies and devices there are; of each power its integral, of
+/// each device heat and charge, what went through each power and device, how far each energy went, energies at the start and at the end;
+/// then the rows of their course. How many numbers, 0 where none are kept.
+#[no_mangle]
+pub extern "C" fn page_accounts() -> usize {
+    PAGE.with_borrow_mut(|page| {
+        page.rows.clear();
+        let Some(ledger) = page.record.as_ref().and_then(|record| record.ledger.as_ref()) else { return 0 };
+        let (powers, devices, (moved, swing)) = (ledger.powers(), ledger.devices(), ledger.turned_over());
+        let counts = [powers.len(), ledger.first.len(), devices.len()].map(|n| n as f64);
+        let rows = &mut page.rows;
+        rows.extend(counts.into_iter().chain(powers));
+        rows.extend(devices.into_iter().flat_map(|(heat, charge)| [heat, charge]));
+        for more in [&moved, swing, &ledger.first, &ledger.last, ledger.trace.as_deref().unwrap_or(&[])] {
+            rows.extend_from_slice(more);
+        }
+        rows.len()
+    })
+}
+
+/// To the start of a run that is led, with the values as they are. How many numbers `page_led` has.
+#[no_mangle]
+pub extern "C" fn page_start() -> usize {
+    led(|deck| deck.restart())
+}
+
+/// On by h [s]. How many numbers `page_led` has; where it fails `page_text` says why, and is empty where it does not.
+#[no_mangle]
+pub extern "C" fn page_step(h: f64) -> usize {
+    led(|deck| deck.step(deck.time(), h))
+}
+
+fn led(what: impl FnOnce(&mut Instance) -> Result<(), String>) -> usize {
+    let count = with(|page, deck| {
+        TEXT.set(what(deck).err().unwrap_or_default());
         page.record = None;
-        deck.restart()?;
-        deck.outputs(&mut page.row)
+        page.rows.clear();
+        page.rows.extend_from_slice(deck.rows());
+        Ok(page.rows.len())
     });
-    done.is_some() as u32
+    count.unwrap_or(0)
 }
 
-/// On by h [s].
+/// The rows of the last step, one after the other: time and outputs.
 #[no_mangle]
-pub extern "C" fn page_step(h: f64) -> u32 {
-    let done = with(|page, deck| {
-        deck.step(deck.time(), h)?;
-        deck.outputs(&mut page.row)
-    });
-    done.is_some() as u32
-}
-
-/// Time and outputs where the run that is led stands.
-#[no_mangle]
-pub extern "C" fn page_row() -> *const f64 {
-    PAGE.with_borrow(|page| page.row.as_ptr())
+pub extern "C" fn page_led() -> *const f64 {
+    PAGE.with_borrow(|page| page.rows.as_ptr())
 }
 
 /// What the last call that failed, or a panic, has said.

@@ -117,7 +117,7 @@ async function show(run) {
   document.body.classList.toggle("bare", bare);
   $("below").role = bare ? "main" : "region"; // what is above is hidden then
   if (!run.rows) return point(run);
-  const clock = new Clock(run.time[0], run.time[run.time.length - 1], run.axisLog), waves = new Waves(run, $("panels"), clock);
+  const clock = new Clock(run.time[0], run.full?.[1] ?? run.time[run.time.length - 1], run.axisLog), waves = new Waves(run, $("panels"), clock);
   const { scene } = run, machine = scene ? new Machine(run, $("machine"), clock) : null;
   if (machine) {
     options($("trace"), ["", ...scene.points.map((p) => p.name)]);
@@ -397,7 +397,8 @@ function sheets(run) {
 }
 
 function step(rows) {
-  const { clock, run, waves } = window.emsim, span = (waves.range[1] - waves.range[0]) / 200;
+  const { clock, waves } = window.emsim, span = (waves.range[1] - waves.range[0]) / 200;
+  if (window.engine?.running?.step(rows)) return;
   clock.play(false);
   clock.set(clock.t + rows * span);
 }
@@ -440,7 +441,7 @@ function wire() {
       " ": () => clock.play(), ArrowLeft: () => step(e.shiftKey ? -10 : -1), ArrowRight: () => step(e.shiftKey ? 10 : 1),
       Home: () => waves.whole(), f: () => $("fit").click(), "+": () => waves.about(clock.t, 0.7), "-": () => waves.about(clock.t, 1.4),
       a: () => waves.mark("a", clock.t), b: () => waves.mark("b", clock.t), Escape: () => { waves.mark("a", null); waves.mark("b", null); },
-      d: () => $("theme").click(), "?": () => $("help").click(),
+      d: () => $("theme").click(), r: () => $("restart")?.click(), "?": () => $("help").click(),
     };
     if (keys[e.key]) { e.preventDefault(); keys[e.key](); }
   });

@@ -28,16 +28,14 @@ class Circuit {
     Object.assign(this, { run, host, clock, waves, machine, inside: "", phases: [], turn: 0, gone: new AbortController() });
     this.tables = run.runs.map(({ circuit }) => {
       if (!circuit || circuit.refused) return new Map();
-      const columns = new Map(run.runs.length > 1 || circuit.complex ? [] : run.columns.map((c) => [c.name, { time: run.time, values: c.values, unit: c.unit }]));
-      for (const c of circuit.channels) if (!columns.has(c.name) && c.values) columns.set(c.name, { time: circuit.time, values: c.values, imag: c.imag, unit: c.unit });
+      // rows may come while it is drawn
+      const table = (of, c) => ({ unit: c.unit, imag: c.imag, get time() { return of.time; }, get values() { return c.values; } });
+      const columns = new Map(run.runs.length > 1 || circuit.complex ? [] : run.columns.map((c) => [c.name, table(run, c)]));
+      for (const c of circuit.channels) if (!columns.has(c.name) && c.values) columns.set(c.name, table(circuit, c));
       return columns;
     });
-    this.top = 1e-12;
-    this.most = new Map();
-    run.runs.forEach(({ circuit }, k) => {
-      this.columns = this.tables[k];
-      for (const name of Object.values(circuit?.volts ?? {})) this.top = Math.max(this.top, this.largest(name));
-    });
+    this.measure();
+    if (run.like?.circuit) Object.assign(this, { top: run.like.circuit.top, most: run.like.circuit.most });
     this.enter(whereIn(run, clock.t)[0]);
     this.draw();
     clock.listen(() => this.show());
@@ -49,6 +47,17 @@ class Circuit {
       requestAnimationFrame(frame);
     };
     requestAnimationFrame(frame);
+  }
+  // what is the brightest colour, and the fastest dot (`most`)
+  measure() {
+    this.top = 1e-12;
+    this.most = new Map();
+    this.run.runs.forEach(({ circuit }, k) => {
+      this.columns = this.tables[k];
+      for (const c of this.columns.values()) c.largest = undefined;
+      for (const name of Object.values(circuit?.volts ?? {})) this.top = Math.max(this.top, this.largest(name));
+    });
+    if (this.n !== undefined) this.enter(this.n);
   }
   get moving() { return this.host.querySelector("#flows").checked && !document.hidden && this.wires.length > 0; }
   close() { this.gone.abort(); this.machine?.light(null); }
@@ -125,7 +134,7 @@ class Circuit {
         if (s[0] === "line" || s[0] === "fill") svg("path", { d: line(s[1]) + (s[0] === "fill" ? "Z" : ""), class: s[0] }, g);
         else svg("circle", { cx: s[1], cy: s[2], r: s[3], class: s[0] }, g);
       }
-      for (const [x, y, anchor, words] of part.texts) svg("text", { x, y: y + 4, "text-anchor": anchor }, g).textContent = words;
+      for (const [x, y, anchor, words] of part.texts) svg("text", { x, y: y + 4, "text-anchor": anchor }, g).textContent = this.run.worded?.(part.name, words) ?? words;
       return { part, g };
     });
     for (const [x, y, anchor, words] of picture.names) svg("text", { x, y: y + 4, "text-anchor": anchor, class: "name" }, root).textContent = words;
@@ -195,9 +204,22 @@ class Circuit {
     const named = this.host.querySelector("#values").checked;
     for (const { net, part, text } of this.labels) {
       const [v] = named ? this.polar((half) => (part ? this.current(part, 0, t, half) : this.volt(net, t, half))) : [NaN];
+      const held = part && this.said?.get(part.name);
+      text.classList.toggle("held", Boolean(held));
+      if (held) { text.textContent = held; continue; }
       text.textContent = Number.isFinite(v) ? written(v, part ? "A" : "V", 3) : "";
     }
     if (this.told) this.tell(this.told);
+  }
+  // labels that say values, as they are now
+  reword() {
+    for (const { part, g } of this.parts) [...g.querySelectorAll("text")].forEach((text, k) => part.texts[k] && (text.textContent = this.run.worded?.(part.name, part.texts[k][3]) ?? part.texts[k][3]));
+  }
+  // what stands beside parts in place of their currents: part -> words
+  say(words) {
+    this.said = words;
+    for (const { part, g } of this.parts) g.classList.toggle("held", words.has(part.name));
+    this.show();
   }
   // the control that tells which of the runs is drawn, and chooses another one
   chosenRun() {
@@ -290,8 +312,9 @@ class Circuit {
     }
     const phase = (angle) => (complex ? ` \u2220 ${+(angle * 180 / Math.PI).toFixed(1)}\u00b0` : "");
     const said = lines.filter(([, value]) => Number.isFinite(value)).map(([name, value, angle, unit]) => `${name} = ${written(value, unit)}${phase(angle)}`).join("   ");
+    const hand = what?.part && this.hint?.(what.part.name);
     const opens = what?.part && this.circuit.pictures[what.part.name] ? "   (double click: inside)" : "";
-    box.textContent = what ? `${what.part ? what.part.name + ":   " : ""}${said}${opens}` : "touch a part or a wire";
+    box.textContent = what ? `${what.part ? what.part.name + ":   " : ""}${said}${opens}${hand ? `   (${hand})` : ""}` : "touch a part or a wire";
   }
   pick(part) {
     const terms = this.terms(part, 0);

@@ -30,3 +30,35 @@ function energySheet(run, clock) {
   plot.ctx.canvas.setAttribute("aria-label", "energies over time");
   new ResizeObserver(() => box.clientWidth && plot.setSize({ width: width(), height: 230 })).observe(box);
 }
+
+// The ledger of a run that was computed in the page (reports/energy.py): `found` are the engine's accounts (page_accounts), `book`
+// says whose they are.
+function ledgerOf(book, found) {
+  const [powers, energies, devices] = found, at = { n: 3 }, take = (n) => found.subarray(at.n, (at.n += n));
+  const sums = take(powers), heats = take(2 * devices), moved = take(powers + devices), swing = take(energies), first = take(energies), last = take(energies), trace = found.subarray(at.n);
+  const lines = new Map(), line = (name, card) => { if (!lines.has(name)) lines.set(name, { name, card, supplied: 0, dissipated: 0, stored: 0 }); return lines.get(name); };
+  const [own, held] = book.entries, kinds = [...own.map((e) => e[2]), ...Array(devices).fill("dissipated")], changes = Array.from(last, (v, k) => v - first[k]);
+  own.forEach(([name, card, kind], k) => (line(name, card)[kind] += sums[k]));
+  held.forEach(([name, card, kind], k) => (line(name, card)[kind] += changes[k] ?? 0));
+  for (let k = 0; k < devices; k++) {
+    const name = book.devices[k], account = line(name, name.split(".").at(-1)[0].toUpperCase());
+    account.dissipated += heats[2 * k];
+    account.stored += heats[2 * k + 1];
+  }
+  const accounts = [...lines.values()], total = (kind) => accounts.reduce((sum, a) => sum + a[kind], 0), energy = { accounts, supplied: total("supplied"), dissipated: total("dissipated"), stored: total("stored") };
+  const residual = energy.stored - energy.supplied + energy.dissipated, through = { supplied: 0, dissipated: 0, stored: 0 }, size = (values) => values.reduce((sum, v) => sum + Math.abs(v), 0);
+  kinds.forEach((kind, k) => (through[kind] += moved[k] ?? 0));
+  const turnover = Math.max(...Object.values(through), size(changes), swing.reduce((a, b) => a + b, 0), first.reduce((sum, v, k) => sum + Math.max(Math.abs(v), Math.abs(last[k] ?? 0)), 0)), said = (v) => `${+v.toPrecision(4)} J`;
+  const rest = book.open.length ? `not accounted for: ${book.open.join(", ")}` : `${said(residual)} unexplained (${(turnover > 0 ? Math.abs(residual) / turnover : 0).toExponential(1)} of what was turned over)`;
+  const summary = `energy: ${said(energy.supplied)} supplied, ${said(energy.dissipated)} dissipated, ${said(energy.stored)} stored; ${rest}`;
+  const width = 1 + powers + 2 * devices + energies, rows = Math.floor(trace.length / width), time = new Float64Array(rows), columns = Array.from({ length: 4 }, () => new Float64Array(rows)), place = { supplied: 0, dissipated: 1, stored: 2 };
+  for (let r = 0; r < rows; r++) {
+    const row = trace.subarray(r * width, (r + 1) * width);
+    time[r] = row[0];
+    own.forEach(([, , kind], k) => (columns[place[kind]][r] += row[1 + k]));
+    for (let k = 0; k < devices; k++) { columns[1][r] += row[1 + powers + 2 * k]; columns[2][r] += row[2 + powers + 2 * k]; }
+    held.forEach(([, , kind], k) => { const c = 1 + powers + 2 * devices + k; columns[place[kind]][r] += row[c] - trace[c]; });
+    columns[3][r] = columns[2][r] - columns[0][r] + columns[1][r];
+  }
+  return { ...energy, residual, summary, rows, time, columns };
+}

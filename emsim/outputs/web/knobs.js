@@ -39,6 +39,13 @@ function placeSlider(slider, base, value) {
   slider.value = value;
 }
 
+// to both sides of the deck's value by so much, or to what was typed
+function placeAbout(slider, base, value, reach) {
+  slider.min = Math.min(base - reach, value);
+  slider.max = Math.max(base + reach, value);
+  slider.value = value;
+}
+
 // where a slider stands, rounded to what its length can show
 function slid(slider) {
   const step = nice((slider.max - slider.min) / 200);
@@ -50,4 +57,31 @@ function ghostOf({ run, waves }) {
   const span = (v) => { let low = Infinity, high = -Infinity; for (const x of v) if (Number.isFinite(x)) { low = Math.min(low, x); high = Math.max(high, x); } return [low, high]; };
   const spans = new Map(run.columns.filter((c) => waves.shown.has(c.name)).map((c) => [c.name, span(c.values)]));
   return { time: run.time, columns: new Map(run.columns.map((c) => [c.name, c.values])), spans };
+}
+
+// Where a deck's text says a value that was moved, by its name: `v1`, `kp` of .param, `arm(m)`; [line, column, length], or null where
+// it is said in no one place, or nowhere. Lines of subcircuits are others' too.
+const WRITTEN = String.raw`[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?(?:[a-z\u00b0\u00b5\u03bc][\w\u00b0/*^.]*)?`;
+function placeIn(lines, name) {
+  const [, card, key] = /^([^()]+)\(([^()]+)\)$/.exec(name) ?? [], safe = (s) => s.replace(/[^\w]/g, "\\$&");
+  const own = card ? [`^\\s*[a-z]+\\s+${safe(card)}\\s.*?(?<![\\w.(,])${safe(key)}\\s*=\\s*`] : [`^\\s*${safe(name)}\\s+[^\\s=]+\\s+[^\\s=]+\\s+(?:dc\\s*=?\\s*)?`, `^\\s*\\.param\\s(?:.*\\s)?${safe(name)}\\s*=\\s*`];
+  const found = [];
+  let inside = 0;
+  lines.forEach((line, k) => {
+    if (/^\s*\.(subckt|macro|control)\b/i.test(line)) inside++;
+    if (/^\s*\.(ends|eom|endc)\b/i.test(line)) inside--;
+    if (k && !inside) for (const before of own) {
+      const hit = new RegExp(`(${before})(${WRITTEN})(?=\\s|$|;)`, "i").exec(line);
+      if (hit) found.push([k, hit[1].length, hit[2].length]);
+    }
+  });
+  return found.length === 1 ? found[0] : null;
+}
+
+// The line of a JOINT with another ic=: of one coordinate, whose name is angle(joint) or the like.
+function startIn(lines, name, value) {
+  const of = /^\w+\((.*)\)$/.exec(name)?.[1], k = lines.findIndex((line) => new RegExp(`^\\s*JOINT\\s+${of?.replace(/[^\w]/g, "\\$&")}\\s`, "i").test(line));
+  if (k < 0) return null;
+  const speed = /\bic\s*=\s*\([^,()]*,([^,()]*)\)/i.exec(lines[k])?.[1], text = `ic=${speed ? `(${value},${speed})` : value}`;
+  return [k, /\bic\s*=/i.test(lines[k]) ? lines[k].replace(/\bic\s*=\s*(\([^()]*\)|\S+)/i, text) : `${lines[k].trimEnd()} ${text}`];
 }

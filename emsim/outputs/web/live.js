@@ -307,7 +307,13 @@
       }
       code.append(source.slice(at));
       const copy = made("button", { textContent: "copy", onclick: () => navigator.clipboard.writeText(code.textContent).then(() => (copy.textContent = "copied")) });
-      return made("div", {}, made("span", { textContent: `to keep it, ${where}:` }), code, copy);
+      // into the file itself, where the lines are the deck's own
+      const own = params.every((p) => was?.split("\n")[p.line - 1] === p.source), write = made("button", { textContent: "write", title: "into the deck's file", hidden: !own });
+      write.onclick = () => {
+        for (const p of [...params].reverse()) mend({ line: p.line, col: p.col, old: source.slice(p.col - 1, p.end - 1), text: m.set[p.name] });
+        writes.click();
+      };
+      return made("div", {}, made("span", { textContent: `to keep it, ${where}:` }), code, copy, write);
     });
     if (found.length) {
       const all = made("button", { textContent: "reset all", onclick: () => { for (const { back } of rows.values()) if (!back.disabled) back.click(); } });

@@ -86,6 +86,13 @@ class Machine {
 
   // the box that the machine sweeps
   measure() {
+    // a run that goes on begins as the one before it was seen
+    const like = this.run.like?.machine;
+    this.scenes.forEach((scene) => (scene.places = drawn.extents(scene.shapes)));
+    if (like) {
+      Object.assign(this, { box: [...like.box], size: like.size, deep: like.deep, follow: like.follow, largestPose: like.largestPose, largest: [...like.largest] });
+      return;
+    }
     const box = [Infinity, Infinity, -Infinity, -Infinity], poses = [0, 0];
     for (const scene of this.scenes) this.measureOne(scene, box, poses);
     this.scene = this.run.scene;
@@ -99,7 +106,6 @@ class Machine {
   measureOne(scene, box, largest) {
     this.scene = scene;
     const { time, shapes } = scene;
-    scene.places = drawn.extents(shapes);
     const stride = Math.max(1, Math.floor(time.length / 240));
     let wide = 0, tall = 0;
     for (let k = 0; k < time.length; k += stride) {
@@ -233,6 +239,7 @@ class Machine {
     this.drawTrace(pen, t);
     for (const layer of [0, 1, 2]) for (const s of this.scene.shapes) if (drawn.GLYPHS[s.kind]?.[0] === layer && !drawn.is_solid(this.planar, s)) this.glyph(ctx, pen, s);
     if (this.solids) drawn.called(this, pen);
+    if (this.held) this.hold(pen);
     pen.close(this.width, this.height);
   }
   // what is touched in the circuit stands in light
@@ -241,6 +248,13 @@ class Machine {
     if (this.lit && s.name === this.lit) Object.assign(ctx, { shadowColor: this.colour("accent"), shadowBlur: 18 * devicePixelRatio });
     drawn.GLYPHS[s.kind][1](this, pen, s);
     ctx.restore();
+  }
+  // a hand: from the point that it has to where it pulls
+  hold(pen) {
+    const { place, to } = this.held, a = this.place(place), b = this.screen(to);
+    pen.line([a, b], "accent", 2, 5);
+    pen.circle(a, 4, "accent", "accent", 1);
+    pen.circle(b, 7, null, "accent", 2);
   }
   light(name) { if (this.lit !== name) { this.lit = name; this.draw(); } }
   // the name of the coupling at a place of the canvas, or null

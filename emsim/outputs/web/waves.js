@@ -17,7 +17,7 @@ class Waves {
     Object.assign(this, { run, box, clock, panels: [], marks: { a: null, b: null }, degrees: inDegrees(run), xname: run.over || null });
     // logy, heights: of panels by their key; ghosts: earlier runs; watchers: told when marks, range or signals change
     Object.assign(this, { layout: "unit", logx: run.axisLog, logy: new Set(), heights: new Map(), nyquist: false, fft: null, ghosts: [], watchers: [] });
-    this.full = [run.time[0], run.time[run.time.length - 1]];
+    this.full = run.full ?? [run.time[0], run.time[run.time.length - 1]];
     this.range = [...this.full];
     this.shown = new Set(run.shown);
     // spectral densities span decades
@@ -344,7 +344,8 @@ class Waves {
 
 function padded(u, low, high) {
   if (low === null) return [0, 1];
-  const pad = high > low ? 0.06 * (high - low) : Math.abs(high) * 0.1 || 1;
+  // what differs by the rounding of a float32 stands still
+  const pad = high - low > 1e-7 * Math.max(Math.abs(low), Math.abs(high)) ? 0.06 * (high - low) : Math.abs(high) * 0.1 || 1;
   return [low - pad, high + pad];
 }
 

@@ -549,6 +549,11 @@ impl Grid {
         }
     }
 
+    /// The run goes on beyond what was said to be its end: so do its rows.
+    pub fn reach(&mut self, tstop: f64) {
+        self.stop = tstop;
+    }
+
     fn point(&self, k: f64) -> f64 {
         if self.split == 1.0 {
             return self.start + k * self.step;

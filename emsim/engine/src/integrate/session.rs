@@ -12,19 +12,24 @@ use std::sync::Arc;
 /// What is said to be the end of a run may be passed; it is then so much farther away.
 const FARTHER: f64 = 2.0;
 
-/// The outputs at the newest row.
-struct Newest(Record);
+/// The outputs at the rows of the newest stretch, or at the newest row alone.
+struct Newest {
+    record: Record,
+    all: bool,
+}
 
 impl Sink for Newest {
     fn row(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
-        self.0.data.clear();
-        self.0.push(sys, w, t, x);
+        if !self.all {
+            self.record.data.clear();
+        }
+        self.record.push(sys, w, t, x);
     }
     fn reads(&self) -> &[u32] {
-        self.0.reads()
+        self.record.reads()
     }
     fn shows_silent(&self, sys: &System) -> bool {
-        self.0.shows_silent(sys)
+        self.record.shows_silent(sys)
     }
     fn open(&mut self, _: &System, _: &mut Work, _: f64, _: &[f64]) {}
     fn leap(&mut self, _: &System, _: &mut Work, _: f64, _: &[f64]) {}
@@ -55,9 +60,9 @@ struct Owned {
 }
 
 impl Owned {
-    fn new(system: Arc<System>, options: Options, record: Record) -> Owned {
+    fn new(system: Arc<System>, options: Options, newest: Newest) -> Owned {
         let work = Box::into_raw(Box::new(system.work()));
-        let (options, newest) = (Box::into_raw(Box::new(options)), Box::into_raw(Box::new(Newest(record))));
+        let (options, newest) = (Box::into_raw(Box::new(options)), Box::into_raw(Box::new(newest)));
         Owned { _system: system, work, options, newest }
     }
 }
@@ -77,9 +82,9 @@ impl Drop for Owned {
 unsafe impl Send for Session {}
 
 impl Session {
-    /// A run at its start, with the outputs of `record` known there.
+    /// A run at its start, with the outputs of `record` known there. Where its rows are drawn, all of a stretch are kept.
     pub fn new(system: Arc<System>, a: Transient, options: Options, record: Record) -> Result<Session, Failed> {
-        let owned = Owned::new(system, options, record);
+        let owned = Owned::new(system, options, Newest { record, all: a.drawn });
         // SAFETY: these live until `owned` is dropped, which is behind the run and the method (the order of fields); the
         // system is behind an Arc that `owned` holds
         let (sys, w, o, newest): (&'static System, &'static mut Work, &'static Options, &'static mut Newest) =
@@ -116,6 +121,9 @@ impl Session {
             self.end *= FARTHER;
             self.run.lengthen(self.end);
         }
+        if self.run.record.all {
+            self.run.record.record.data.clear();
+        }
         self.run.go_on(self.method.as_mut(), until, &mut |_, _, _, _| true);
         self.outcome()
     }
@@ -126,17 +134,23 @@ impl Session {
         (std::mem::take(&mut self.run.outcome.events), &self.run.outcome.resting)
     }
 
+    /// The rows of the newest stretch, or the newest row: time and outputs, one after the other.
+    pub fn rows(&self) -> &[f64] {
+        &self.run.record.record.data
+    }
+
     /// The outputs where the run stands.
     pub fn outputs(&self) -> &[f64] {
-        self.run.record.0.data.get(1..).unwrap_or(&[])
+        let (rows, columns) = (self.rows(), self.run.record.record.columns);
+        rows.get((rows.len() + 1).saturating_sub(columns)..).unwrap_or(&[])
     }
 
     pub fn place(&self) -> Place {
-        Place { mark: self.run.mark(), values: self.run.record.0.data.clone() }
+        Place { mark: self.run.mark(), values: self.run.record.record.data.clone() }
     }
 
     pub fn return_to(&mut self, place: &Place) {
         self.run.rewind(&place.mark, self.method.as_mut());
-        self.run.record.0.data.clone_from(&place.values);
+        self.run.record.record.data.clone_from(&place.values);
     }
 }

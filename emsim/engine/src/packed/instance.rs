@@ -3,9 +3,12 @@
 //! Value references: 0 is the time, then the inputs, then the outputs, in the order of the description.
 //! An input goes on from where it is set as a straight line, of slope 0 where none is given for the step to come (FMI 2: input
 //! derivatives). Where its value jumps, the step begins with the values behind the jump, as at the corner of a source.
-use super::{Packed, Varies};
+mod placed;
+
+use super::{Accounts, Packed, Varies};
 use crate::graph::{Graph, Id};
 use crate::integrate::{self, Failed, Place, Session, Transient};
+use crate::ledger::Ledger;
 use crate::newton::{Failure, Options};
 use crate::record::Record;
 use crate::system::System;
@@ -47,6 +50,9 @@ pub struct Instance {
     /// what is to be told: warnings of the last step
     pub told: Vec<String>,
     said: BTreeSet<String>,
+    places: placed::Places,
+    /// all rows of a step are kept, as they are drawn
+    pub drawn: bool,
 }
 
 /// What an instance is put back to.
@@ -77,6 +83,8 @@ impl Instance {
             reltol: None,
             told: Vec::new(),
             said: BTreeSet::new(),
+            places: placed::Places::default(),
+            drawn: false,
         };
         made.reset();
         Ok(made)
@@ -117,13 +125,9 @@ impl Instance {
         self.start()
     }
 
-    /// Time and outputs where it stands.
-    pub fn outputs(&self, row: &mut Vec<f64>) -> Result<(), String> {
-        let session = self.session.as_ref().ok_or("the model has no values: it was not started")?;
-        row.clear();
-        row.push(self.time);
-        row.extend_from_slice(session.outputs());
-        Ok(())
+    /// Time and outputs where it stands, or, drawn, at the rows of the last step.
+    pub fn rows(&self) -> &[f64] {
+        self.session.as_ref().map_or(&[], Session::rows)
     }
 
     pub fn enter_initialisation(&mut self) -> Result<(), String> {
@@ -179,11 +183,16 @@ impl Instance {
 
     /// The whole transient with the inputs as they are, and its rows as they are drawn: time and outputs, up to where it fails.
     pub fn whole(&mut self) -> (Record, Result<(), String>) {
-        let (a, options, mut record) = self.prepared();
+        let (a, mut options, mut record) = self.prepared();
         if let Err(said) = self.guarded(0.0) {
             return (record, Err(said));
         }
-        let a = Transient { tstart: self.packed.tstart, drawn: true, ..a };
+        let a = Transient { tstart: self.packed.tstart, ..a };
+        if let Some(Accounts { powers, energies, impulsive }) = &self.packed.accounts {
+            let mut ledger = Ledger::new(&self.graph, powers, energies, true);
+            ledger.impulsive.clone_from(impulsive);
+            (record.ledger, options.accounts) = (Some(ledger), true);
+        }
         let system = self.system.clone();
         let mut w = system.work();
         let outcome = integrate::run(&system, &mut w, a, &options, &mut record, &mut |_, _, _, _| true);
@@ -198,6 +207,7 @@ impl Instance {
             }
         }
         let (mut a, mut options) = (self.packed.transient(), self.packed.options.clone());
+        a.drawn = self.drawn;
         a.tstop = self.stop.unwrap_or(a.tstop);
         a.tstep = a.tstep.min(a.tstop);
         a.until = a.tstop;

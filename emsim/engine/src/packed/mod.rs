@@ -47,6 +47,14 @@ pub struct Output {
     pub name: String,
 }
 
+/// Energy accounts: powers to be integrated, energies to be read at both ends, those of the powers that work in impulses.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub struct Accounts {
+    pub powers: Vec<Id>,
+    pub energies: Vec<Id>,
+    pub impulsive: Vec<usize>,
+}
+
 /// Graph and model, as they are before they are compiled.
 #[derive(Serialize, Deserialize)]
 pub struct Equations {
@@ -79,6 +87,8 @@ pub struct Packed {
     pub conditions: Vec<String>,
     /// what is to be said when a flag turns to 1, by its number
     pub warnings: BTreeMap<usize, String>,
+    /// where the deck keeps them
+    pub accounts: Option<Accounts>,
 }
 
 impl Packed {

@@ -10,7 +10,7 @@ use crate::ledger::Ledger;
 use crate::modes::Modes;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
-use crate::packed::{Equations, Input, Output, Packed, Varies};
+use crate::packed::{Accounts, Equations, Input, Output, Packed, Varies};
 use crate::raw;
 use crate::record::{Record, Samples};
 use crate::system::{Counters, Kind, Work};
@@ -484,6 +484,8 @@ impl System {
     /// The system as bytes, for an engine without Python. `inputs`: wave, name, value where nothing is said, does it hold still while it runs;
     /// `outputs`: expression, name; `guards`: expression of inputs, its sign, which is to stay; `times`: tstep, tstop, tmax, tstart of a transient; `codes`: kind of failure -> code; `conditions`: what flags
     /// are called; `warnings`: flag -> what is said when it turns to 1. Of what `Builder.note_places` has noted.
+    /// `accounts`: powers, energies, those of the powers that work in impulses; where the deck keeps them.
+    #[pyo3(signature = (token, inputs, outputs, guards, options_, times, uic, codes, conditions, warnings, accounts=None))]
     #[allow(clippy::type_complexity, clippy::too_many_arguments)]
     fn pack<'py>(
         &self,
@@ -498,6 +500,7 @@ impl System {
         codes: BTreeMap<String, String>,
         conditions: Vec<String>,
         warnings: BTreeMap<usize, String>,
+        accounts: Option<(Vec<Bound<'_, PyAny>>, Vec<Bound<'_, PyAny>>, Vec<usize>)>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let missing = || PyValueError::new_err("pack: the builder was not asked to keep its equations");
         let (known, equations) = self.equations.as_ref().ok_or_else(missing)?;
@@ -512,6 +515,10 @@ impl System {
             let varies =
                 Varies::of(&word).ok_or_else(|| PyValueError::new_err(format!("pack: nothing varies `{word}`")))?;
             Ok(Input { wave, name, start, varies })
+        };
+        let all = |exprs: Vec<Bound<'_, PyAny>>| exprs.iter().map(&noted).collect::<PyResult<Vec<_>>>();
+        let account = |(powers, energies, impulsive)| {
+            Ok::<_, PyErr>(Accounts { powers: all(powers)?, energies: all(energies)?, impulsive })
         };
         let packed = Packed {
             version: env!("CARGO_PKG_VERSION").into(),
@@ -529,6 +536,7 @@ impl System {
             codes,
             conditions,
             warnings,
+            accounts: accounts.map(account).transpose()?,
         };
         // what cannot be read again is no file
         packed.compile().map_err(PyValueError::new_err)?;

@@ -68,6 +68,7 @@ impl<S: Sink> Run<'_, S> {
     /// The run goes on beyond what was said to be its end.
     pub fn lengthen(&mut self, tstop: f64) {
         self.a.tstop = tstop;
+        self.grid.reach(tstop);
         self.ahead = self.sys.foreseen.ahead(&self.sys.waves, tstop);
     }
 
