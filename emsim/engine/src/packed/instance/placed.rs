@@ -8,6 +8,7 @@ use crate::model::Kind;
 use crate::record::Record;
 use crate::system::{System, Work};
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 #[derive(Default)]
@@ -44,9 +45,8 @@ impl Instance {
             Some(value) => self.places.held.insert(coordinate, value),
             None => self.places.held.remove(&coordinate),
         };
-        let mut x = if self.places.held.is_empty() { self.places.own.clone() } else { now };
-        self.places.held.iter().for_each(|(&k, &v)| x[k] = v);
-        match self.closed(x) {
+        let x = if self.places.held.is_empty() { self.places.own.clone() } else { now };
+        match self.led(x, coordinate) {
             Ok(x) => start_at(&mut self.system, &x),
             Err(said) => {
                 self.places.held = before;
@@ -62,6 +62,18 @@ impl Instance {
         let x: Vec<f64> = self.system.unknowns.iter().map(|u| u.initial).collect();
         record.push(&self.system, &mut w, 0.0, &x);
         *row = record.data;
+    }
+
+    /// The start with that coordinate where it is held: by steps of half a metre or radian, so that loops follow on their branch.
+    fn led(&self, mut x: Vec<f64>, coordinate: usize) -> Result<Vec<f64>, String> {
+        let from = x[coordinate];
+        let way = self.places.held.get(&coordinate).map_or(0.0, |to| to - from);
+        let steps = (2.0 * way.abs()).ceil().clamp(1.0, 1e4);
+        for k in 1..=steps as usize {
+            x[coordinate] = from + way * (k as f64 / steps);
+            x = self.closed(x)?;
+        }
+        Ok(x)
     }
 
     /// Positions, then speeds, that keep the loops closed.
@@ -85,7 +97,10 @@ impl Instance {
         };
         // gaps [m or rad] and tries are those of the deck's own start (`Builder.project`)
         let found = project(gaps.len(), &mut gap, &mass, &at, &held, 1e-12, 200);
-        let found = found.map_err(|_| "the closed loops of the machine do not reach there".to_string())?;
+        // half a turn in so short a step is another way to close them
+        let turns = |(k, v): (usize, &f64)| sys.unknowns[places[k]].unit == "rad" && (v - at[k]).abs() > PI;
+        let found = found.ok().filter(|found| !found.iter().enumerate().any(turns));
+        let found = found.ok_or_else(|| "the closed loops of the machine do not reach there".to_string())?;
         places.iter().zip(found).for_each(|(&q, v)| x[q] = v);
 
         let of_gaps: Vec<String> = gaps.iter().map(|&i| sys.unknowns[i].name.replacen("mu", "lambda", 1)).collect();
