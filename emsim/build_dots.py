@@ -399,8 +399,16 @@ class DotCards(Cards):
         return Include(_unquoted(ch[0]), None, line.span(ch[0]))
 
     def on_lib(self, ch: list[Any], line: Line) -> Include | None:
-        if len(ch) > 1:
-            return Include(_unquoted(ch[0]), str(ch[1].lower()), line.span(ch[0]))
+        import re
+
+        rest = re.sub(r"\s*(;|(^|\s)(\$|//)).*", "", ch[1], flags=re.DOTALL).rstrip() if len(ch) > 1 else ""
+        dialect = line.file.dialect
+        # LTspice and PSpice have no sections: the rest of the line is the path, with its blanks
+        if rest and (re.search(r"[\s./\\]", rest) or (dialect is not None and not dialect.sections)):
+            end = ch[1].start_pos + len(rest)
+            return Include(line.text[ch[0].start_pos : end], None, line.span_at(ch[0].start_pos, end))
+        if rest:
+            return Include(_unquoted(ch[0]), rest.lower(), line.span(ch[0]))
         if self.deck.file.has_sections:
             section: list[Any] = []
             self.deck.sections[_unquoted(ch[0]).lower()] = section

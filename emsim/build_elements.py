@@ -108,6 +108,8 @@ class Cards:
             after_tc = False
             if item.__class__ is tuple and item[0] in ("param", "named"):
                 key = item[1][0].lower()
+                if key in element.labels:
+                    continue
                 values = [self.number(v, line, f"{key}=") for v in item[1][1:]]
                 if key == "tc":
                     element.params["tc1"] = values[0]

@@ -103,7 +103,12 @@ def transform(tree: Any, line: Line) -> Node:
         node = expression(tree, line)
     finally:
         file.dialect = dialect
-    return rewritten(node, lambda n: Name(TRANSFORM, n.at) if isinstance(n, Name) and n.id == "s" else None)
+    return renamed(node, "s", TRANSFORM)
+
+
+def renamed(node: Node, name: str, to: str) -> Node:
+    """With another name for each `name` in it."""
+    return rewritten(node, lambda n: Name(to, n.at) if isinstance(n, Name) and n.id == name else None)
 
 
 CHAINS = ("binary", "either", "both", "compared")

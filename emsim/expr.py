@@ -264,6 +264,7 @@ PROBES = frozenset(
 # before the name of what comes from outside while the model runs (fmus/ports.py); no name of a deck begins so
 OUTSIDE = "input "
 TRANSFORM = "s of a transform"  # the variable of a transfer function; no deck can write that name
+OWN = "x of itself"  # the current of a coil in its flux=, the voltage of a capacitor in its Q=: LTspice's x
 RUN_TIME_NAMES = frozenset(("time", "temper", "hertz"))
 CONSTANTS = {"pi": math.pi, "e": math.e}
 
@@ -563,7 +564,10 @@ def rewritten(node: Node, change: Callable[[Node], Node | None]) -> Node:
 
 def _is_run_time(node: Name) -> bool:
     return node.__class__ is Name and (
-        node.id in RUN_TIME_NAMES or node.id == TRANSFORM or node.id[0] == "@" or node.id.startswith(OUTSIDE)
+        node.id in RUN_TIME_NAMES
+        or node.id in (TRANSFORM, OWN)
+        or node.id[0] == "@"
+        or node.id.startswith(OUTSIDE)
     )
 
 

@@ -29,11 +29,11 @@ from . import (
     hands,
     laws,
     loops,
+    plausible,
     prescribed,
     probes,
     reactions,
     shafts,
-    slips,
     start,
 )
 from .loops import Row
@@ -111,7 +111,7 @@ class Machine(Mechanism):
         self._watch_redundant()
         self._locked_note()
         self._gravity_note()
-        slips.remarks(self)
+        plausible.remarks(self)
 
     def noise(self) -> list[tuple[str, str, list[tuple[int, Expr | float]], Expr | float, float]]:
         """Sources of noise: card, word, rows of F with what 1 of it puts there, power density, exponent of frequency."""

@@ -89,16 +89,13 @@ def save(s: Session, text: str, at: Statement) -> None:
 
 
 def watched(s: Session, text: str, at: Statement) -> None:
-    raise CommandError(
-        "E163",
-        f"`{at.word}` shows a run while it goes on; there is no screen here",
-        "plot draws what was run",
-    )
+    """Nothing that is computed depends on it: told, and passed over."""
+    s.note(f"`{at.word}` shows a run while it goes on; there is no screen here", "plot draws what was run")
 
 
 COMMANDS = (
     Command("run", "run", "runs the analyses of the deck's dot cards", run),
     *(Command(word, form, meaning, _analysis(word)) for word, (form, meaning) in FORMS.items()),
     Command("save", "save v(out) i(v1) @r1[i] ..", "what the runs that follow record", save),
-    *(Command(w, w, "not supported: there is no screen here", watched) for w in ("iplot", "trace")),
+    *(Command(w, w, "passed over with a note: there is no screen here", watched) for w in ("iplot", "trace")),
 )

@@ -34,6 +34,8 @@ class Dialect:
     coil_resistance: ClassVar[float] = (
         0.0  # in series with a coil that states no Rser= and stands in no K [Ohm]
     )
+    sections: ClassVar[bool] = True  # .lib file section
+    own_quantity: ClassVar[bool] = False  # C1 a b Q=1n*x: x is its own voltage
     names: ClassVar[dict[str, str]] = {}  # of quantities in expressions
     functions: ClassVar[dict[str, tuple[int, int, Function]]] = {}  # least and most arguments, meaning
 

@@ -87,6 +87,7 @@ class LTspice(Dialect):
         ("pwr(x,y), pwrs(x,y)", "|x|^y, sgn(x)|x|^y, in .param as in sources"),
         ("if(x,y,z), !x, a & b, a | b", "a value above 0.5 is true"),
         ("L1 a b 1m", "with 1 mOhm in series, where the line has no Rser= and no K names the coil"),
+        ("C1 a b Q=1n*x+2n*x**3", "x is its own voltage; in L1 a b flux= x is the current, in every dialect"),
         (".model s SW(vh=-0.1 ..)", "smooth between vt - |vh| and vt + |vh|, without memory"),
         ("temp in expressions", "the temperature, ngspice's `temper`"),
         ("buf inv square cbrt arcsin arccos", "LTspice's functions; sqrt, asin, acos give the real part"),
@@ -97,6 +98,8 @@ class LTspice(Dialect):
     relative_times = True
     short_tran = True
     excludes = True
+    sections = False
+    own_quantity = True
     coil_resistance = 1e-3
     names: ClassVar[dict[str, str]] = {"temp": "temper"}
     functions: ClassVar[dict[str, tuple[int, int, Function]]] = FUNCTIONS

@@ -36,6 +36,7 @@ class PSpice(Dialect):
     relative_times = True
     short_tran = True
     excludes = True
+    sections = False
     names: ClassVar[dict[str, str]] = {"temp": "temper"}
     functions: ClassVar[dict[str, tuple[int, int, Function]]] = {
         "pwr": (2, 2, magnitude_power),

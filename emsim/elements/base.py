@@ -153,6 +153,7 @@ class Element:
     may_have_tc: ClassVar[bool] = False  # tc=2m 1u: a number behind it is tc2
     accounted: ClassVar[str] = "dissipated"  # or stored, supplied: what its `account` is about
     is_metered: ClassVar[bool] = False  # its current becomes an unknown where something reads it
+    labels: ClassVar[frozenset[str]] = frozenset()  # words of its line whose values are texts for people
     current_name: ClassVar[str] = "i"  # of @name[..]; "" where the current is recorded as i(name) anyhow
     holds_voltage: ClassVar[bool] = False  # the row of its branch reads v+ - v- = value
     jumps: ClassVar[int] = 0  # how likely it is what made a node jump, for messages

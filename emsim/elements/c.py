@@ -1,9 +1,9 @@
 """C: q = C v in both nodes' charge rows. C={..} is the incremental capacitance, i = C dv/dt, as in ngspice; Q={..} is
-the charge itself."""
+the charge itself (LTspice: of x, its own voltage)."""
 
 from __future__ import annotations
 
-from ..expr import Node
+from ..expr import Call, Name, Node
 from .base import Param, Path, ignored
 from .passive import FILAMENT, LENGTH, OF_MODEL, SCALED, WIDTH, Passive
 
@@ -23,7 +23,7 @@ class Capacitor(Passive):
     accounted = "stored"
     letter = "c"
     what = "capacitor"
-    form = "Cname n+ n- value [ic=] [m=], or Cname n+ n- C={expression}"
+    form = "Cname n+ n- value [ic=] [m=], C={expression} or Q={expression}"
     law = "i = d/dt (C v), energy C v^2/2"
     unit = "F"
     quantity_name = "capacitance"
@@ -68,9 +68,8 @@ class Capacitor(Passive):
     def paths(self) -> tuple[Path, ...]:
         return ((0, 1, "blocks"),)
 
-    @property
-    def states_charge(self) -> bool:
-        return bool(self.extra.get("charge"))
+    def itself(self) -> Node:
+        return Call("v", [Name(name) for name in self.nodes])
 
     def charge(self, ctx: Context) -> Expr:
         if isinstance(self.value, Node):
@@ -81,7 +80,7 @@ class Capacitor(Passive):
         p, n, b = ctx.node(self.nodes[0]), ctx.node(self.nodes[1]), ctx.b
         self.judge_capital(ctx)
         if isinstance(self.value, Node):
-            if self.states_charge:
+            if self.is_whole:
                 q = self.charge(ctx)
                 b.add_q(p, q)
                 b.add_q(n, -q)
@@ -100,7 +99,7 @@ class Capacitor(Passive):
             b.ic_charge(n, -dq)
 
     def flow(self, ctx: Context) -> Expr:
-        if isinstance(self.value, Node) and not self.states_charge:
+        if isinstance(self.value, Node) and not self.is_whole:
             rate = ctx.ddt(self.between(ctx), f"{self.name}#dv")
             return self.number("m", 1.0) * self.expression(ctx) * rate
         return ctx.ddt(self.charge(ctx), f"{self.name}#i")

@@ -46,6 +46,10 @@ class Compiled(Element):
     sorts: ClassVar[dict[str, tuple[str, float]]] = {}
     levels: ClassVar[dict[int, str]] = {}
     currents: ClassVar[tuple[str, ...]] = ()  # of the terminals, as @name[..] has them
+    aliases: ClassVar[dict[str, str]] = {}  # ngspice's name in @name[..] -> the module's, where they differ
+    charging: ClassVar[
+        dict[str, str]
+    ] = {}  # ngspice's name of a current -> the module's charge that it changes
     harmless: ClassVar[frozenset[str]] = HARMLESS
     may_lack: ClassVar[int] = 0  # so many terminals of a module of devices/ may be left out, ...
     at_ground: ClassVar[bool] = False  # ... and are ground then
@@ -327,10 +331,12 @@ class Compiled(Element):
             return self._power(ctx)
         if name in self.params and isinstance(self.params[name], (int, float)):
             return ctx.b.const(float(self.params[name]))
+        charge = self.charging.get(name)
         try:
-            return ctx.b.module_output(self.name, name, ctx.gmin)
+            read = ctx.b.module_output(self.name, charge or self.aliases.get(name, name), ctx.gmin)
         except KeyError:
             return ctx.b.const(0.0)  # what it is made of was refused
+        return read if charge is None or read is None else ctx.ddt(read, f"{self.name}#{name}")
 
     def probes(self, ctx: Context) -> dict[str, str]:
         module = getattr(self, "module", None)
@@ -341,7 +347,10 @@ class Compiled(Element):
             told = ctx.b.module_outputs(self.name)
         except KeyError:
             told = []  # what it is made of was refused
-        found = {name: unit for name, unit, _ in told} | found
+        told_units = {name: unit for name, unit, _ in told}
+        found = told_units | found
+        found |= {alias: told_units[name] for alias, name in self.aliases.items() if name in told_units}
+        found |= {name: "A" for name, charge in self.charging.items() if charge in told_units}
         return found | {
             key: module.parameters[key]["unit"] for key in self.params if key in module.parameters
         }

@@ -64,7 +64,7 @@ def wanted(e: Element, read: set[str]) -> type[Element] | None:
     return None
 
 
-OPERATING = frozenset(("vd", "gd", "cd", "qd"))  # outputs of the module
+OPERATING = frozenset(("vd", "gd", "cd", "qd", "charge", "capcur"))  # outputs of the module
 
 
 class ModuleDiode(Compiled):
@@ -78,6 +78,8 @@ class ModuleDiode(Compiled):
     model_types = ("d",)
     instance = INSTANCE
     currents: ClassVar[tuple[str, ...]] = ("id", "ik")
+    aliases: ClassVar[dict[str, str]] = {"charge": "qd"}
+    charging: ClassVar[dict[str, str]] = {"capcur": "qd"}
     current_name = "id"
     harmless = Compiled.harmless | HARMLESS
 

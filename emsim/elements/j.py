@@ -31,6 +31,7 @@ class Jfet(Compiled):
     }  # fmt: skip
     current_name = "id"
     currents = ("id", "ig", "is")
+    charging: ClassVar[dict[str, str]] = {"cqgs": "qgs", "cqgd": "qgd"}
 
     def sense(self) -> float:
         """Of a p channel as of an n channel, as in ngspice."""

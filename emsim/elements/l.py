@@ -1,8 +1,10 @@
-"""L: flux linkage L i in the branch row, minus the branch voltage. L={..} is incremental: v = L(x) di/dt."""
+"""L: flux linkage L i in the branch row, minus the branch voltage. L={..} is incremental: v = L(x) di/dt;
+flux={..} is the flux linkage itself, of x, its own current, as in LTspice."""
 
 from __future__ import annotations
 
-from ..expr import Node
+from ..diagnostics import DeckError, Diagnostic
+from ..expr import Binary, Call, Name, Node, Num
 from .base import Param, Path, ignored
 from .cores import MU0
 from .passive import OF_MODEL, SCALED, Passive
@@ -23,7 +25,7 @@ class Inductor(Passive):
     accounted = "stored"
     letter = "l"
     what = "inductor"
-    form = "Lname n+ n- value [ic=] [m=], or Lname n+ n- L={expression}"
+    form = "Lname n+ n- value [ic=] [m=], L={expression} or flux={expression of x}"
     law = "v = d/dt (L i), energy L i^2/2"
     unit = "H"
     quantity_name = "inductance"
@@ -86,6 +88,9 @@ class Inductor(Passive):
             else None
         )
 
+    def itself(self) -> Node:
+        return Binary("/", Call("i", [Name(self.name)]), Num(self.number("m", 1.0) or 1.0))
+
     def branches(self, is_read: bool) -> tuple[tuple[str, float]]:
         return ((self.name, self.number("ic")),)
 
@@ -100,7 +105,7 @@ class Inductor(Passive):
         if self.name in ctx.wound:  # the core says its flux
             return
         if isinstance(self.value, Node):
-            if "flux" in self.params:
+            if self.is_whole:
                 b.add_q(br, self.expression(ctx))
             else:
                 scale = 1.0 / (self.number("m", 1.0) or 1.0)
@@ -121,5 +126,10 @@ class Inductor(Passive):
 
     def analogue(self, net: Net) -> str:
         if isinstance(self.value, Node):
+            if self.is_whole:
+                said = f"flux= of `{self.name}` has no counterpart in ngspice"
+                raise DeckError(
+                    Diagnostic("error", "E311", said, self.span, "write L={..}, the slope of the flux")
+                )
             return f"{net.head(self)} l='{net.expression(self.value)}'{net.parameters(self)}"
         return super().analogue(net) + f" ic={net.initial_current(self.name)!r}"

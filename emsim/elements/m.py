@@ -50,6 +50,11 @@ class Mosfet(Compiled):
     flags = ("off", "thermal")
     current_name = "id"
     currents: ClassVar[tuple[str, ...]] = ("id", "ig", "is", "ib")
+    charging: ClassVar[dict[str, str]] = {"cqbd": "qbd", "cqbs": "qbs"}
+    aliases: ClassVar[dict[str, str]] = {
+        "gmb": "gmbs", "cbd": "capbd", "cbs": "capbs", "rd": "rd_t", "rs": "rs_t", "cbd0": "bottom_d", "cbs0": "bottom_s",
+        "cbdsw0": "side_d", "cbssw0": "side_s",
+    }  # fmt: skip
 
     def chosen(self, read: set[str]) -> Element:
         is_power = self.model is not None and self.model.type in ThermalMosfet.sorts

@@ -78,6 +78,11 @@ def with_resistance(body: list[Any], ohm: float) -> None:
         *(branch for c in everything if isinstance(c, Conditional) for _, branch in c.branches),
     ):
         for card in list(level):
-            if isinstance(card, Inductor) and card.name not in held and "rser" not in card.extra:
+            if (
+                isinstance(card, Inductor)
+                and not card.is_whole
+                and card.name not in held
+                and "rser" not in card.extra
+            ):
                 card.params = {**card.params, "rser": ohm}
                 level += taken_out(card)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from ..build_expr import expression, extent, node_name
+from ..build_expr import expression, extent, node_name, renamed
 from ..diagnostics import Fix
-from ..expr import Node, Num
+from ..expr import OWN, Name, Node, Num, rewritten
 from .base import TC, TEMPERATURE, Element, M, Param, ignored
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from typing import Any, ClassVar
 
+    from .._engine import Expr
     from ..assemble.context import Context
     from ..build_elements import ElementCards
     from ..reports.analogue import Net
@@ -21,7 +23,7 @@ FILAMENT = 10e-6  # default width and length of R and C models [m]
 SCALED = {
     **M, **TEMPERATURE, **TC, "tce": Param("exponential change with temperature", "%/K", 0.0),
     "scale": Param("factor on the value", default=1.0),
-    "tol": Param("how far it may be off, for emsim sweep", "%"), **ignored("bv_max"),
+    "tol": Param("how far it may be off, for emsim sweep", "%"), **ignored("bv_max pwr v irms ipk"),
 }  # fmt: skip
 LENGTH, WIDTH = Param("length, with a model", "m"), Param("width, with a model", "m")
 OF_MODEL = {
@@ -33,6 +35,7 @@ class Passive(Element):
     __slots__ = ()
     value_or_model = True
     may_have_tc = True
+    labels = frozenset(("mfg", "pn", "type"))  # of LTspice's data base of parts
     quantity_name: str  # "resistance", for messages
     value_names: ClassVar[tuple[str, ...]]  # words that give the value by name
 
@@ -42,9 +45,12 @@ class Passive(Element):
         first = 0 if len(ch) > 3 and ch[3].__class__ is not tuple and ch[3].lower() in self.value_names else 1
         for item in cards.params(self.with_names(cards, ch[3:], first), line, self):
             if item.__class__ is tuple:
-                if item[0] == "own_q":
-                    self.extra["charge"] = True
                 node = expression(item if item[0] == "braced" else item[1][1], line)
+                if item[0] in ("own_q", "own_flux"):
+                    self.extra["whole"] = True
+                    dialect = line.file.dialect
+                    if item[0] == "own_flux" or (dialect is not None and dialect.own_quantity):
+                        node = renamed(node, "x", OWN)
                 value: Any = node.value if isinstance(node, Num) else node
             else:
                 value = cards.word(item, line)
@@ -105,11 +111,29 @@ class Passive(Element):
             said = f"`{span.text}` is {digits} {made}, not {digits} {meant}: SPICE knows no capitals"
             ctx.sink.warning("W112", said, span, fixes=[Fix(span, digits + written)])
 
+    @property
+    def is_whole(self) -> bool:
+        """Is the expression the charge or the flux linkage, not what changes with a volt or an ampere?"""
+        return bool(self.extra.get("whole"))
+
+    def itself(self) -> Node:
+        """What LTspice's `x` reads in that expression."""
+        raise NotImplementedError
+
+    def with_itself(self) -> Node:
+        """The value, with what it reads of the element itself in place of `x`."""
+        assert isinstance(self.value, Node)
+        return rewritten(self.value, lambda n: self.itself() if isinstance(n, Name) and n.id == OWN else None)
+
+    def expression(self, ctx: Context, holds: Callable[[], frozenset[str]] | None = None) -> Expr:
+        self.value = self.with_itself() if isinstance(self.value, Node) else self.value
+        return super().expression(ctx, holds)
+
     def scaled(self, ctx: Context) -> float:
         return self.nominal(ctx) * self.temperature_factor(ctx) * self.number("scale", 1.0)
 
     def analogue(self, net: Net) -> str:
         if isinstance(self.value, Node):
-            key = "q" if self.extra.get("charge") else self.letter
-            return f"{net.head(self)} {key}='{net.expression(self.value)}'{net.parameters(self)}"
+            key = "q" if self.is_whole else self.letter
+            return f"{net.head(self)} {key}='{net.expression(self.with_itself())}'{net.parameters(self)}"
         return super().analogue(net)

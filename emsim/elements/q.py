@@ -36,6 +36,8 @@ class Bipolar(Compiled):
     }  # fmt: skip
     current_name = "ic"
     currents = ("ic", "ib", "ie", "is")
+    charging: ClassVar[dict[str, str]] = {f"c{q}": q for q in ("qbe", "qbc", "qbx", "qsub")}
+    aliases: ClassVar[dict[str, str]] = {"csub": "capsub"}
     may_lack = 1
     at_ground = True
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from ..elements import Element
 
 UNITS = {"r": "Ohm", "c": "F", "l": "H", "v": "V", "i": "A"}
+WHOLE = {"c": "Q = ", "l": "flux = "}
 BY_RULE = {"table": "TABLE of ", "laplace": "LAPLACE of ", "freq": "FREQ of ", "poly": "POLY of "}
 
 
@@ -62,7 +63,7 @@ class Labels:
 
     def _formula(self, e: Element) -> list[str]:
         """An expression; where it is too long, that it is a function of what it reads."""
-        before = BY_RULE.get(e.extra.get("form", ""), "Q = " if e.extra.get("charge") else "")
+        before = BY_RULE.get(e.extra.get("form", ""), WHOLE.get(e.letter, "") if e.extra.get("whole") else "")
         said = self._probes(e)
         if not isinstance(e.value, Node):
             return broken(before + ", ".join(said))

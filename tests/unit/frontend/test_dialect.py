@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -317,3 +319,36 @@ def test_a_small_vj_that_the_heat_takes_below_zero_names_tlevc():
     cards = "V1 a 0 0.3\nD1 a 0 d\n.model d D({})\n.temp 85\n.op"
     assert any(code == "E299" and "tlevc=1" in said for code, said in refused(cards.format(card)))
     assert run(cards.format(f"{card} tlevc=1")).op["i(v1)"] == pytest.approx(-0.0281605879, rel=1e-6)
+
+
+def test_nodes_of_pspice_schematics_are_no_comments() -> None:
+    r = run("V_V1 $N_0001 0 3 $ a comment\nR_R1 $N_0001 $N_0002 1k $N is one too\nR_R2 $N_0002 0 2k\n.op")
+    assert r["v($n_0002)"][-1] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("dialect", [None, "ltspice", "pspice"])
+def test_the_rest_of_a_lib_line_is_a_path_with_its_blanks(dialect: str | None, tmp_path: Path) -> None:
+    folder = tmp_path / "My Parts (x86)"
+    folder.mkdir()
+    (folder / "resistors of mine.lib").write_text(".model rr r(r=2k)\n")
+    deck = tmp_path / "deck.cir"
+    deck.write_text(
+        "deck\n.lib My Parts (x86)\\resistors of mine.lib ; theirs\nV1 a 0 1\nR1 a 0 rr\n.op\n.end\n"
+    )
+    r = emsim.run(deck, options={} if dialect is None else {"dialect": dialect})
+    assert r["i(v1)"][-1] == pytest.approx(-0.5e-3)
+
+
+def test_a_missing_library_with_blanks_is_told_by_its_whole_name() -> None:
+    path = "C:\\Program Files (x86)\\LTC\\LTspiceIV\\lib\\cmp\\standard.bjt"
+    with pytest.raises(emsim.OutsideError, match=re.escape(f"there is no file {path}")):
+        run(f"V1 a 0 1\nR1 a 0 1k\n.lib {path}\n.op", "ltspice")
+
+
+def test_what_a_part_stands_says_nothing_to_the_run() -> None:
+    r = run(
+        "V1 a 0 1\nR1 a b 1k tol=1 pwr=0.1\nL1 b c 1m Ipk=2 pn=74437\n"
+        'C1 c 0 1u V=50 Irms=0 mfg="KEMET" type="X7R" Rser=1m Lser=0\nR2 c 0 1k\n.op',
+        "ltspice",
+    )
+    assert r["v(c)"][-1] == pytest.approx(0.5, rel=1e-5)

@@ -28,7 +28,7 @@ def test_capacitor_and_inductor_forms():
     assert element(MODELS + "C1 a b cm L=1u W=1u").model.type == "c"
     assert str(element("C1 a b C={1u*v(a)}").value) == "1e-06*v(a)"
     e = element("C1 a b Q={1u*v(a)^2}")
-    assert e.extra["charge"] and str(e.value) == "1e-06*(v(a)**2)"
+    assert e.extra["whole"] and str(e.value) == "1e-06*(v(a)**2)"
     assert str(element("L1 a b L='1m*i(v1)'").value) == "0.001*i(v1)"
     assert element("L1 a b {2*1m}").value == 2e-3
 
