@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
     from ..sweeps.result import Goal, Swept
 
-MOST_SHOWN = 20  # random values, of a measure
 KINDS = ("mc", "lhs", "sobol", "indices")
 OPTIONS = [
     Option("-D --define", "what varies, see above", "NAME=VALUES", repeat=True),
@@ -222,7 +221,7 @@ def summary(swept: Swept, statistics: dict[str, dict[str, float]]) -> Iterator[s
     if swept.scheme.name == "sensitivity" and not swept.axes:
         for name in statistics:
             yield f"  what moves {name}, at the least and the greatest of:"
-            for label, low, high in swept.influences(name)[:MOST_SHOWN]:
+            for label, low, high in swept.influences(name)[:20]:
                 yield f"    {low:+.4g}  {high:+.4g}  {label}"
             least, greatest = swept.worst(name)
             yield f"    all together: {least:.6g} .. {greatest:.6g}"
@@ -232,12 +231,12 @@ def _moves(swept: Swept, name: str) -> Iterator[str]:
     """What share of a measure's variance goes with which random value."""
     if swept.scheme.name == "indices":
         yield f"  what moves {name}, in shares of its variance by itself, and with others:"
-        for value, first, total in swept.indices(name)[:MOST_SHOWN]:
+        for value, first, total in swept.indices(name)[:20]:
             yield f"    {100 * first:6.2f} %  {100 * total:6.2f} %  {value}"
         return
     found, explained = swept.contributions(name)
     yield f"  what moves {name}, in shares of its variance ({100 * explained:.3g} % goes along lines):"
-    for value, share in found[:MOST_SHOWN]:
+    for value, share in found[:20]:
         yield f"    {100 * share:6.2f} %  {value}"
 
 

@@ -25,9 +25,8 @@ if TYPE_CHECKING:
     from ..deck import Model
     from ..diagnostics import Span
     from ..elaborate.bind import Level
-    from ..reports.analogue import Net
     from ..source import Line
-    from .base import Path
+    from .base import Net, Path
     from .xspice.base import CodeModel, Port, Seat, Word
 
 PIECES = r"\[|\]|~|%[A-Za-z]*|[^\[\]~%]+"

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..build_elements import ElementCards
-    from ..reports.analogue import Net
     from ..source import Line
+    from .base import Net
 
 
 class Behavioural(Controlled):

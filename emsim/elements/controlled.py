@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from ..assemble.context import Context
     from ..build_elements import ElementCards
     from ..elaborate.bind import Level
-    from ..reports.analogue import Net
     from ..source import Line
-    from .base import Path
+    from .base import Net, Path
 
     Terms = list[tuple[int, float]]  # a sum of (unknown, factor)
 

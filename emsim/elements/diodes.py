@@ -13,8 +13,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..assemble.context import Context
-    from ..reports.analogue import Net
-    from .base import Path
+    from .base import Net, Path
 
 # words of the complete module alone (devices/diode.va), where they are not 0, ...
 OF_THE_MODULE = frozenset(("isr", "jtun", "jtunsw"))

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from ..assemble.context import Context
     from ..build_elements import ElementCards
     from ..elaborate.bind import Level
-    from ..reports.analogue import Net
     from ..source import Line
+    from .base import Net
 
 # words that are followed by values and may stand behind a waveform
 PORT_WORDS = ("distof1", "distof2", "portnum", "z0", "pwr", "freq", "phase")

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from ..build_elements import ElementCards
     from ..deck import Model
     from ..elaborate.bind import Level
-    from ..reports.analogue import Net
     from ..source import Line
+    from .base import Net
 
 LAWS = ("ja", "play")
 

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
     from ..build_elements import ElementCards
-    from ..reports.analogue import Net
     from ..source import Line
+    from .base import Net
 
 
 class Inductor(Passive):

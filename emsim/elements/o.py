@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
-    from ..reports.analogue import Net
-    from .base import Coloured, Path
+    from .base import Coloured, Net, Path
 
 OF_LENGTH = {
     "r": Param("resistance of a length", "Ohm/m", 0.0), "l": Param("inductance of a length", "H/m", 0.0),

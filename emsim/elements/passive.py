@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..assemble.context import Context
     from ..build_elements import ElementCards
-    from ..reports.analogue import Net
     from ..source import Line
+    from .base import Net
 
 FILAMENT = 10e-6  # default width and length of R and C models [m]
 

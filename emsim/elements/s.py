@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..assemble.context import Context
-    from ..reports.analogue import Net
+    from .base import Net
 
 
 class VoltageSwitch(Switch):

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from ..assemble.context import Context
     from ..build_elements import ElementCards
     from ..deck import Model
-    from ..reports.analogue import Net
     from ..source import Line
+    from .base import Net
 
 
 class Switch(Element):

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..assemble.context import Context
     from ..elaborate.bind import Level
-    from ..reports.analogue import Net
+    from .base import Net
 
 
 class CurrentSwitch(Switch):
