@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from ..build_elements import ElementCards
     from ..source import Line
-    from .base import Net
+    from .net import Net
 
 
 class Behavioural(Controlled):

@@ -34,7 +34,7 @@ from ..syntax import LineError
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
-    from typing import Any, ClassVar, Protocol, Self
+    from typing import Any, ClassVar, Self
 
     from .._engine import Expr
     from ..assemble.accounts import Accounts
@@ -44,19 +44,9 @@ if TYPE_CHECKING:
     from ..diagnostics import Fix, Span
     from ..elaborate.bind import Level
     from ..source import Line, SourceFile
+    from .net import Net
 
     Scalar = Expr | float
-
-    class Net(Protocol):
-        """The analogue circuit as elements write it, see reports/analogue.py: names and values as ngspice reads them."""
-
-        def head(self, e: Any) -> str: ...  # name and nodes
-        def name_of(self, name: str) -> str: ...
-        def plain(self, node: str) -> str: ...
-        def parameters(self, e: Any) -> str: ...
-        def expression(self, ast: Node) -> str: ...
-        def wave(self, w: Waveform) -> str: ...
-        def initial_current(self, name: str) -> float: ...
 
     Coloured = tuple[str, list[tuple[int, float]], Callable[[float], float]]
 

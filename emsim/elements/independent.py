@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..build_elements import ElementCards
     from ..elaborate.bind import Level
     from ..source import Line
-    from .base import Net
+    from .net import Net
 
 # words that are followed by values and may stand behind a waveform
 PORT_WORDS = ("distof1", "distof2", "portnum", "z0", "pwr", "freq", "phase")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..deck import Model
     from ..elaborate.bind import Level
     from ..source import Line
-    from .base import Net
+    from .net import Net
 
 LAWS = ("ja", "play")
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..assemble.context import Context
     from ..build_elements import ElementCards
     from ..source import Line
-    from .base import Net
+    from .net import Net
 
 
 class Inductor(Passive):

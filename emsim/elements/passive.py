@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..assemble.context import Context
     from ..build_elements import ElementCards
     from ..source import Line
-    from .base import Net
+    from .net import Net
 
 FILAMENT = 10e-6  # default width and length of R and C models [m]
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..assemble.context import Context
-    from .base import Net
+    from .net import Net
 
 
 class VoltageSwitch(Switch):

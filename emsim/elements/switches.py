@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ..build_elements import ElementCards
     from ..deck import Model
     from ..source import Line
-    from .base import Net
+    from .net import Net
 
 
 class Switch(Element):

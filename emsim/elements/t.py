@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
-    from .base import Net
+    from .net import Net
 
 QUARTER = 0.25  # nl where f is given alone
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
-    from .base import Net
+    from .net import Net
 
 FEWEST = 3  # lumps
 SLOW = 35.0  # a line of so small a phase at fmax has no more of them

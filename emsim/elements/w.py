@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..assemble.context import Context
     from ..elaborate.bind import Level
-    from .base import Net
+    from .net import Net
 
 
 class CurrentSwitch(Switch):
