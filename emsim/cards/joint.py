@@ -51,7 +51,7 @@ class Joint(Card):
     def marked(cls, code: str) -> bool:
         # the kind stands behind its name and its two ends; either may have a place in parentheses
         words = "".join(part.rpartition(")")[2] for part in code.split("(")).replace(",", " ").split()
-        return len(words) > 4 and ALIASES.get(words[4].lower(), words[4].lower()) in KINDS
+        return ALIASES.get(kind := "".join(words[4:5]).lower(), kind) in KINDS and "=" not in "".join(words[1:4])
 
     @classmethod
     def mark_in_words(cls) -> str:

@@ -37,8 +37,8 @@ fn a_line_becomes_a_tree() {
         "binary(unary(MINUS:- binary(NUMBER:2 POWER:^ NUMBER:2)) LESS:< NAME:x)"
     );
     assert_eq!(
-        shown("SPRING s a b k=1", "card").unwrap(),
-        "machine_card(SPRING:SPRING WORD:s WORD:a WORD:b setting(WORD:k WORD:1))"
+        shown("SPRING s a b k=1", "machine_card").unwrap(),
+        "machine_card(WORD:SPRING WORD:s WORD:a WORD:b setting(WORD:k WORD:1))"
     );
 }
 
