@@ -51,7 +51,8 @@ class Joint(Card):
     def marked(cls, code: str) -> bool:
         # the kind stands behind its name and its two ends; either may have a place in parentheses
         words = "".join(part.rpartition(")")[2] for part in code.split("(")).replace(",", " ").split()
-        return ALIASES.get(kind := "".join(words[4:5]).lower(), kind) in KINDS and "=" not in "".join(words[1:4])
+        kind, ends = "".join(words[4:5]).lower(), "".join(words[1:4])
+        return ALIASES.get(kind, kind) in KINDS and "=" not in ends
 
     @classmethod
     def mark_in_words(cls) -> str:
