@@ -131,14 +131,18 @@ def main(args: Sequence[str]) -> int:
 
 def _repeats(swept: Swept, measure: str, ends: dict[str, int]) -> None:
     """The decks of --worst."""
+    from ..outputs.beside import replacing
+
     try:
-        for path, k in ends.items():
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(swept.repeat(swept.extremes(measure)[k]))
+        texts = {path: swept.repeat(swept.extremes(measure)[k]) for path, k in ends.items()}
     except (KeyError, ValueError) as error:
         raise UsageError(f"--worst {measure}: {error.args[0]}") from None
-    except OSError as error:
-        raise OutsideError(unwritten(path, error)) from None
+    for path, text in texts.items():
+        try:
+            with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
+                file.write(text)
+        except OSError as error:
+            raise OutsideError(unwritten(path, error)) from None
 
 
 def report(swept: Swept, goals: list[Goal], given: Arguments, table: str, picture: str | None) -> int:
@@ -214,10 +218,13 @@ def summary(swept: Swept, statistics: dict[str, dict[str, float]]) -> Iterator[s
         )
         found = "" if about["runs"] == len(swept) else f"  in {about['runs']:.0f} runs"
         yield f"  {name:<{width}}  {numbers}{found}"
-    if swept.explains:
-        for name, about in statistics.items():
-            if about.get("deviation"):
-                yield from _moves(swept, name)
+    for name in statistics:
+        shares, said = swept.shares(name)
+        if shares:
+            yield f"  what moves {name}, in shares of its variance ({said}):"
+        for value, alone, total in shares[:20]:
+            others = "" if swept.scheme.name != "indices" else f"  {100 * total:6.2f} %"
+            yield f"    {100 * alone:6.2f} %{others}  {value}"
     if swept.scheme.name == "sensitivity" and not swept.axes:
         for name in statistics:
             yield f"  what moves {name}, at the least and the greatest of:"
@@ -225,19 +232,6 @@ def summary(swept: Swept, statistics: dict[str, dict[str, float]]) -> Iterator[s
                 yield f"    {low:+.4g}  {high:+.4g}  {label}"
             least, greatest = swept.worst(name)
             yield f"    all together: {least:.6g} .. {greatest:.6g}"
-
-
-def _moves(swept: Swept, name: str) -> Iterator[str]:
-    """What share of a measure's variance goes with which random value."""
-    if swept.scheme.name == "indices":
-        yield f"  what moves {name}, in shares of its variance by itself, and with others:"
-        for value, first, total in swept.indices(name)[:20]:
-            yield f"    {100 * first:6.2f} %  {100 * total:6.2f} %  {value}"
-        return
-    found, explained = swept.contributions(name)
-    yield f"  what moves {name}, in shares of its variance ({100 * explained:.3g} % goes along lines):"
-    for value, share in found[:20]:
-        yield f"    {100 * share:6.2f} %  {value}"
 
 
 def _some(swept: Swept) -> str:

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..deck import Deck
-    from ..diagnostics import Span
     from ..draws import Draws
 
 KEY = re.compile(r"([^\s=(){},;\"']+)\s*=\s*[^=]*$")
@@ -53,11 +52,11 @@ def _owner(call: Any) -> str:
     return f"{card}({key})" if key else card
 
 
-def repeated(deck: Deck, draws: Draws, values: Mapping[str, float]) -> str:
-    """The text of a deck with numbers in place of what was drawn, and with `values` of parameters, elements and temp. Raises
-    DeckError where the text cannot say them: one call that drew several values, a call in another file."""
+def repeated(deck: Deck, draws: Draws, values: Mapping[str, float], options: Mapping[str, object]) -> str:
+    """The text of a deck with numbers in place of what was drawn, `values` of parameters, elements and temp, and `options`.
+    Raises DeckError where the text cannot say them: one call that drew several values, a call in another file."""
     text = deck.file.text
-    edits: dict[tuple[int, int], tuple[str, Span]] = {}
+    edits: dict[tuple[int, int], str] = {}
     for call, value in zip(draws.asked, draws.drawn, strict=True):
         span, number = call.span, repr(value)
         if span is None or span.file is not deck.file:
@@ -69,18 +68,19 @@ def repeated(deck: Deck, draws: Draws, values: Mapping[str, float]) -> str:
             place, number = found.span(), f"scale={number}"
         else:
             place = (start, _closed(text, start))
-        before = edits.setdefault(place, (number, span))
-        if before[0] != number:
+        if edits.setdefault(place, number) != number:
             deck_error(
                 "E348", f"`{call}` drew several values, and stands once", span,
                 "it is in a subcircuit that is used more than once, or in a function",
             )  # fmt: skip
-    for (start, end), (number, _) in sorted(edits.items(), reverse=True):
-        text = text[:start] + number + text[end:]
-    lines = [f".step {_kind(deck, name)}{name} list {value!r}" for name, value in values.items()]
-    ending = re.compile(r"^[ \t]*\.end[ \t]*$", re.I | re.M)
-    added = "\n".join(lines) + "\n" if lines else ""
-    at = ending.search(text)
+    behind = len(text)
+    # from the end on; a call inside of another one is part of what that comes to
+    for (start, end), number in sorted(edits.items(), key=lambda edit: (-edit[0][1], edit[0][0])):
+        if end <= behind:
+            text, behind = text[:start] + number + text[end:], start
+    added = "".join(f".step {_kind(deck, name)}{name} list {value!r}\n" for name, value in values.items())
+    added += "".join(f".options {key}={value}\n" for key, value in options.items())
+    at = re.search(r"^[ \t]*\.end[ \t]*$", text, re.I | re.M)
     return text[: at.start()] + added + text[at.start() :] if at else text.rstrip("\n") + "\n" + added
 
 

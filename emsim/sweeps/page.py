@@ -47,24 +47,16 @@ def page(swept: Swept, goals: Sequence[Goal] = ()) -> str:
     if swept.scheme.name == "sensitivity" and not swept.axes:
         rows = [[name, *(f"{v:.6g}" for v in swept.worst(name))] for name in swept.names]
         parts.append(_table(("worst case", "least", "greatest"), rows))
-    if swept.explains:
-        for name in about:
-            parts.append(_table((f"what moves {name}", "share of its variance"), _shares(swept, name)))
+    for name in about:
+        found, said = swept.shares(name)
+        lines = [(value, f"{100 * alone:.3g} %", f"{100 * total:.3g} %") for value, alone, total in found]
+        parts += [_table((f"what moves {name}", "share of its variance", said), lines)] if lines else []
     if failed := swept.failed:
         shown = [f"<li>run {k}: {escape(why)}</li>" for k, why in list(failed.items())[:MOST_FAILED]]
         parts.append(f'<p class="failed">{len(failed)} runs failed</p><ul>{"".join(shown)}</ul>')
     parts.append(_picture(swept, goals))
     head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{title}</title>'
     return f"<!doctype html><html lang=en><head>{head}<style>{STYLE}</style></head><body>{''.join(parts)}</body></html>\n"
-
-
-def _shares(swept: Swept, name: str) -> list[tuple[str, str]]:
-    if swept.scheme.name == "indices":
-        found = swept.indices(name)
-        return [
-            (value, f"{100 * first:.3g} %, {100 * total:.3g} % with others") for value, first, total in found
-        ]
-    return [(value, f"{100 * share:.3g} %") for value, share in swept.contributions(name)[0]]
 
 
 def _picture(swept: Swept, goals: Sequence[Goal]) -> str:

@@ -41,8 +41,7 @@ def figure(swept: Swept, goals: Sequence[Goal] = ()) -> Any:
         panels += [(course, name) for name in names]
     else:
         panels += [(histogram, name) for name in names]
-        if swept.explains:
-            panels += [(kind, name) for name in names for kind in (shares, scatter)]
+        panels += [(kind, name) for name in names if swept.shares(name)[0] for kind in (shares, scatter)]
     if not panels:
         raise ValueError("there is nothing to draw: no run has a measure or a signal")
     found = Figure(figsize=(WIDTH, HEIGHT * len(panels)), layout="constrained")
@@ -137,23 +136,18 @@ def tornado(axes: Any, swept: Swept, name: str, goals: Sequence[Goal]) -> None:
 
 def shares(axes: Any, swept: Swept, name: str, goals: Sequence[Goal]) -> None:
     """What share of the measure's variance goes with each random value: by itself, and (where the runs tell) with others."""
-    if swept.scheme.name == "indices":
-        rows = swept.indices(name)[:20][::-1]
-        said = f"share of the variance of {name} (blue: by itself, orange: with others)"
-    else:
-        found, explained = swept.contributions(name)
-        rows = [(value, share, share) for value, share in found[:20][::-1]]
-        said = f"share of the variance of {name}; lines explain {100 * explained:.3g} %"
+    found, said = swept.shares(name)
+    rows = found[:20][::-1]
     for k, (_, first, total) in enumerate(rows):
         axes.barh(k, total, color="#d07030")
         axes.barh(k, first, color="#4878b0")
     axes.set_yticks(range(len(rows)), [value for value, *_ in rows])
-    axes.set(xlabel=said, xlim=(0.0, None))
+    axes.set(xlabel=f"share of the variance of {name}: {said}", xlim=(0.0, None))
 
 
 def scatter(axes: Any, swept: Swept, name: str, goals: Sequence[Goal]) -> None:
     """The measure over the random value that most goes with it."""
-    most = swept.contributions(name)[0][0][0]
+    most = swept.shares(name)[0][0][0]
     axes.plot(swept.drawn(most).ravel(), swept.measure(name).ravel(), ".", ms=3, color="#4878b0", alpha=0.6)
     for goal in goals:
         axes.axhline(goal.bound, ls="--", color="#b00", lw=1.0)

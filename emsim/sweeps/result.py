@@ -210,15 +210,16 @@ class Swept:
         least, greatest = (runner.run(p).measures.get(name, math.nan) for p in self.extremes(name))
         return least, greatest
 
-    @property
-    def explains(self) -> bool:
-        """Do its runs tell which random value does what? One at a time `influences` do."""
-        return (
-            not self.axes
-            and self.scheme.is_random
-            and self.complete
-            and len(self.good()) > len(self.random) + 2
-        )
+    def shares(self, name: str) -> tuple[list[tuple[str, float, float]], str]:
+        """(random value, share of the measure's variance by itself, with others), the largest first, and in what sense; none
+        where the runs do not tell."""
+        try:
+            if self.scheme.name == "indices":
+                return self.indices(name), "by itself, and with others"
+            found, explained = self.contributions(name)
+        except ValueError:
+            return [], ""
+        return [(value, share, share) for value, share in found], f"{100 * explained:.3g} % goes along lines"
 
     def contributions(self, name: str) -> tuple[list[tuple[str, float]], float]:
         """Of a random sweep without other axes: (random value, share of the measure's variance that goes with it along a line),
@@ -236,7 +237,9 @@ class Swept:
             raise ValueError(f"{y.size} runs are too few to tell {len(self.random)} random values apart")
         x, y = x - x.mean(axis=1, keepdims=True), y - y.mean()
         slopes = np.linalg.lstsq(x.T, y, rcond=None)[0]
-        variance = float(y @ y) or 1.0
+        variance = float(y @ y)
+        if not variance:
+            raise ValueError(f"{name} is the same in every run")
         shares = slopes**2 * (x**2).sum(axis=1) / variance
         explained = 1.0 - float(((y - slopes @ x) ** 2).sum()) / variance
         found = zip(self.random, shares.tolist(), strict=True)
@@ -254,6 +257,8 @@ class Swept:
         values = self.measure(name).reshape(len(self.random) + 2, 1, -1)
         if not np.isfinite(values).all():
             raise ValueError(f"{name} was not found in every run: the samples are balanced by all of them")
+        if not np.ptp(values):
+            raise ValueError(f"{name} is the same in every run")
         parts: Any = {"f_A": values[0], "f_B": values[1], "f_AB": values[2:]}
         found = sobol_indices(func=parts, n=values.shape[-1])
         first, total = found.first_order.ravel().tolist(), found.total_order.ravel().tolist()
@@ -276,13 +281,17 @@ class Swept:
     def repeat(self, point: Point) -> str:
         """A deck that repeats a run: numbers in place of what it drew, its other values as .step cards of one value. Raises
         DeckError where the text cannot say them."""
+        from ..diagnostics import deck_error
         from .drawn import repeated
         from .runs import Runner
 
         runner = Runner(self.task)
+        if words := [key for key in self.task.fixed if key not in runner.fixed]:
+            deck_error("E348", f"`{words[0]}` was given as words, which no card of the deck's text can say")
         varied = dict(zip(self.task.names, point.values, strict=True))
         flat = runner.flat(point, runner.drawing(point))
-        return repeated(runner.deck, flat.draws, {**runner.fixed, **varied})
+        options = {**self.task.options, "seed": flat.draws.seed}
+        return repeated(runner.deck, flat.draws, {**runner.fixed, **varied}, options)
 
     # ---- tables and files ----
 

@@ -200,6 +200,40 @@ def test_one_value_of_an_element_or_of_temp_counts(given, value):
     assert s.measure("v")[0] == pytest.approx(value, rel=1e-9) and not s.warnings
 
 
+def test_a_random_value_of_a_random_value(scratch):
+    deck = DECK.replace("agauss(1k,50,3)", "agauss(unif(1k,0.1), 50 + 10, 3)*1")
+    s = emsim.sweep(deck, scheme="mc", runs=10)
+    assert s.random[1:3] == ["r1", "r1:2"]
+    assert emsim.run(s.repeat(s.extremes("vout")[1])).measures["vout"] == s.measure("vout").max()
+
+
+@pytest.mark.parametrize("own", ["", ".options seed=5 reltol=1e-2 method=gear\n"])
+def test_a_repeated_run_has_its_noise_and_its_options(own):
+    deck = DECK.replace(".op\n.meas op vout FIND v(o2)", own + "V2 n 0 TRNOISE(1 1u)\nR3 n m {unif(1k,0.2)}\nC3 m 0 1n\n"
+                        ".tran 1u 200u\n.meas tran vout MAX v(m)")  # fmt: skip
+    s = emsim.sweep(deck, scheme="mc", runs=4, seed=3, options={"reltol": 1e-5, "method": "trap"})
+    for point, value in zip(s.points, s.measure("vout"), strict=True):
+        assert emsim.run(s.repeat(point)).measures["vout"] == value
+
+
+def test_words_given_from_outside_are_no_part_of_a_deck(scratch):
+    (scratch / "d.cir").write_text(DECK.replace("V1 in 0 10", "V1 in 0 {v}").replace(".param", ".param v=10"))
+    s = emsim.sweep(str(scratch / "d.cir"), ["v={2*5}"], scheme="mc", runs=2)
+    with pytest.raises(DeckError, match="given as words"):
+        s.repeat(s.points[0])
+
+
+@pytest.mark.parametrize("scheme", ["mc", "indices"])
+def test_measures_that_tell_nothing_are_passed_over(scheme, scratch, capsys, monkeypatch):
+    """One that is the same in every run, one that is found in hardly any."""
+    monkeypatch.chdir(scratch)
+    rare = ".meas op rare PARAM='vout > 11.2 ? vout : 1/0'\n.meas op same PARAM='1+1'\n.end"
+    (scratch / "d.cir").write_text(DECK.replace(".end\n", rare + "\n").replace(".ends\n", ".ends\n", 1))
+    assert main(["sweep", "d.cir", f"--{scheme}", "16", "--plot", "p.png", "--html", "p.html"]) == 0
+    said = capsys.readouterr().out
+    assert "what moves vout" in said and "what moves same" not in said and "what moves rare" not in said
+
+
 def test_on_the_command_line(scratch, capsys, monkeypatch):
     monkeypatch.chdir(scratch)
     (scratch / "d.cir").write_text(DECK)
