@@ -7,7 +7,7 @@ import re
 from .._engine import Instance
 from ..diagnostics import ConvergenceError, Diagnostic, suggest
 from . import ports
-from .export import opened, packed
+from .export import given, opened, packed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -51,13 +51,10 @@ class Session:
         self.diagnostics = list(assembly.flat.sink.diagnostics)
         self.units = {v.name: v.unit for v in variables}
         self._places = {v.name: k for k, v in enumerate(variables)}
-        self._starts = {
-            v.name: float(v.start or 0.0) for v in variables if v.causality in ("input", "parameter")
-        }
-        self.inputs = tuple(self._starts)
+        self.inputs = tuple(v.name for v in given(variables))
         self.outputs = tuple(v.name for v in variables if v.causality == "output")
         self._instance = Instance(packed(assembly, model, variables))
-        self._begin()
+        self._do(self._instance.start)
 
     @property
     def time(self) -> float:
@@ -65,8 +62,8 @@ class Session:
         return self._instance.time
 
     def __getitem__(self, name: str) -> float:
-        """The value of an input or output where it stands. Raises KeyError."""
-        return self._instance.get(self._place(name))
+        """The value of an input or output where it stands. Raises KeyError; ConvergenceError where a run could not start."""
+        return self._do(self._instance.get, self._place(name))
 
     def __setitem__(self, name: str, value: float) -> None:
         """Sets an input for the step to come, where it jumps; it stays so. Raises KeyError, ValueError."""
@@ -97,9 +94,10 @@ class Session:
 
     def reset(self, **inputs: float) -> None:
         """At t = 0 again, with the inputs as the deck has them, or as these say. Raises as `set` and `step` do."""
-        for name, value in {**self._starts, **inputs}.items():
+        self._instance.reset()
+        for name, value in inputs.items():
             self.set(name, value)
-        self._begin()
+        self._do(self._instance.start)
 
     def save(self) -> State:
         """What it can be put back to, any number of times. Raises ValueError for decks that read what was a time ago."""
@@ -109,11 +107,12 @@ class Session:
             raise ValueError(str(error)) from None
 
     def restore(self, state: State) -> None:
-        """Where it was when it was saved, values and states to the last bit. The method starts there anew."""
-        self._instance.restore(state)
-
-    def _begin(self) -> None:
-        self._do(self._instance.start)
+        """Where it was when it was saved, values and states to the last bit. The method starts there anew. Raises ValueError for
+        the state of another session."""
+        try:
+            self._instance.restore(state)
+        except RuntimeError as error:
+            raise ValueError(str(error)) from None
 
     def _do(self, what: Any, *arguments: float) -> Any:
         try:

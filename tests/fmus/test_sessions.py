@@ -47,6 +47,24 @@ def test_inputs_jump_and_run_along_lines_and_parts_change():
     assert s.values() == {name: s[name] for name in s.outputs}
 
 
+def test_conditions_of_an_input_turn_where_its_line_crosses():
+    deck = "t\nV1 in 0 0\nB1 out 0 V={v(in)>0.5 ? 1 : 0}\nR1 out c 1k\nC1 c 0 1u\n.options reltol=1e-6\n.tran 10u 20m\n.end\n"
+    s = emsim.Session(deck, "v1", ["v(c)", "v(out)"])
+    value = 0.0
+    # where it is set, how fast it goes on [1/s], and for how many of the 1 ms the output is on, at the end or before it
+    for at, slope, on, late in (
+        (0.0, 1e3, 0.5, True),
+        (0.2, 0.0, 0.0, True),
+        (0.7, 0.0, 1.0, True),
+        (0.7, -400.0, 0.5, False),
+    ):
+        s.set("v1", at, slope)
+        s.step(1e-3)
+        charged = 1.0 - exp(-on)
+        value = value * exp(-1.0) + (charged if late else charged * exp(on - 1.0))
+        assert s["v(c)"] == pytest.approx(value, rel=1e-6)
+
+
 def test_a_controller_in_python_is_the_controller_of_the_deck():
     """Held over steps of 0.1 ms it is off by its delay, half a step."""
     gains = "{-40*angle(hinge)-8*omega(hinge)+pos(rail)+2*vel(rail)}"
@@ -99,6 +117,12 @@ def test_reset_begins_anew_with_other_inputs():
     assert s["v(b)"] == pytest.approx(2.0 * (1.0 - exp(-0.5)), rel=1e-7)
 
 
+def test_a_state_is_of_its_own_session():
+    one, other = emsim.Session(RC, "v1", "v(b)"), emsim.Session(CART.format(push="0"), "push", SHOWN)
+    with pytest.raises(ValueError, match="another session"):
+        one.restore(other.save())
+
+
 def test_many_run_at_once_in_threads():
     def swing(phase):
         s = emsim.Session(CART.format(push="0"), "push", SHOWN)
@@ -139,6 +163,9 @@ def test_a_run_that_fails_says_why_in_the_words_of_the_deck():
     assert s["v(a)"] == pytest.approx(2.0, rel=1e-3)
     with pytest.raises(emsim.ConvergenceError) as caught:
         s.step(1.0)
+    s.reset()  # and can begin again
+    s.step(0.5)
+    assert s.time == 0.5 and s["v(a)"] == pytest.approx(2.0, rel=1e-3)
     (said,) = caught.value.diagnostics
     assert said.code[:2] == "E4" and "worst at `a`" in said.message
 

@@ -4,17 +4,20 @@ use crate::packed::instance::{self, Kept};
 use crate::packed::Packed;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 #[pyclass(frozen)]
 pub struct Instance {
     held: Mutex<instance::Instance>,
+    /// what its states are known by
+    own: Arc<()>,
 }
 
 /// What an instance is put back to.
 #[pyclass(frozen)]
 pub struct State {
     kept: Kept,
+    of: Arc<()>,
 }
 
 impl Instance {
@@ -38,7 +41,12 @@ impl Instance {
     #[new]
     fn new(packed: &[u8]) -> PyResult<Self> {
         let made = Packed::read(packed).and_then(instance::Instance::new).map_err(PyRuntimeError::new_err)?;
-        Ok(Instance { held: Mutex::new(made) })
+        Ok(Instance { held: Mutex::new(made), own: Arc::new(()) })
+    }
+
+    /// As it was made: inputs as the deck has them, whatever became of the run.
+    fn reset(&self) {
+        self.lock().reset();
     }
 
     /// At t = 0, with the inputs as they are.
@@ -75,10 +83,13 @@ impl Instance {
     }
 
     fn save(&self, py: Python<'_>) -> PyResult<State> {
-        self.with(py, |it| it.keep()).map(|kept| State { kept })
+        self.with(py, |it| it.keep()).map(|kept| State { kept, of: self.own.clone() })
     }
 
     fn restore(&self, py: Python<'_>, state: &State) -> PyResult<()> {
+        if !Arc::ptr_eq(&self.own, &state.of) {
+            return Err(PyRuntimeError::new_err("the state is of another session"));
+        }
         self.with(py, |it| it.put_back(&state.kept))
     }
 }
