@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from ..diagnostics import Span
     from ..elaborate.bind import Level
     from ..source import Line
-    from .base import Net, Path
+    from .base import Path
+    from .net import Net
     from .xspice.base import CodeModel, Port, Seat, Word
 
 PIECES = r"\[|\]|~|%[A-Za-z]*|[^\[\]~%]+"

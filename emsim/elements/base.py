@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from .net import Net
 
     Scalar = Expr | float
-
     Coloured = tuple[str, list[tuple[int, float]], Callable[[float], float]]
 
 # two terminals and what may flow between them: "conducts", "voltage" (it holds one), "inductor", "blocks" (at DC),

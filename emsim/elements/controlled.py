@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from ..build_elements import ElementCards
     from ..elaborate.bind import Level
     from ..source import Line
-    from .base import Net, Path
+    from .base import Path
+    from .net import Net
 
     Terms = list[tuple[int, float]]  # a sum of (unknown, factor)
 

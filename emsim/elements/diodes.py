@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..assemble.context import Context
-    from .base import Net, Path
+    from .base import Path
+    from .net import Net
 
 # words of the complete module alone (devices/diode.va), where they are not 0, ...
 OF_THE_MODULE = frozenset(("isr", "jtun", "jtunsw"))

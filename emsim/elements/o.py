@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
-    from .base import Coloured, Net, Path
+    from .base import Coloured, Path
+    from .net import Net
 
 OF_LENGTH = {
     "r": Param("resistance of a length", "Ohm/m", 0.0), "l": Param("inductance of a length", "H/m", 0.0),
