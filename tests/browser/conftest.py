@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from emsim.cli import main
+from emsim.fmus.page import there
 
 
 @pytest.fixture
@@ -49,3 +53,40 @@ def visit(chromium: Any) -> Iterator[Callable[..., Any]]:
         context.close()
     assert said == []
     assert asked == []
+
+
+@pytest.fixture
+def computing(tmp_path: Path, visit: Callable[..., Any], capsys: Any) -> Callable[..., Any]:
+    """computing(text) opens the page of a deck, with the engine that computes there."""
+    if not there():  # .ci/run makes it, and says that it has to be there
+        how = pytest.fail if os.environ.get("EMSIM_TEST_PAGES") else pytest.skip
+        how("without the engine of pages: emsim/engine/page.sh")
+
+    def opened(text: str, **size: Any) -> Any:
+        deck, page = tmp_path / "deck.cir", tmp_path / "page.html"
+        deck.write_text(text)
+        assert main([str(deck), "--html", str(page), "-q"]) == 0
+        assert page.stat().st_size < 1_150_000
+        capsys.readouterr()
+        seen = visit(page, **size)
+        seen.wait_for_function("window.engine")
+        return seen
+
+    return opened
+
+
+@pytest.fixture
+def moved(computing: Callable[..., Any]) -> Callable[..., Any]:
+    """moved(text, values) opens it, and gives its sliders other values."""
+
+    def move(text: str, values: dict[str, str], **size: Any) -> Any:
+        seen = computing(text, **size)
+        seen.click("#knobs .fold")
+        for name, value in values.items():
+            field = seen.get_by_label(f"{name}, as text")
+            field.fill(value)
+            field.press("Enter")
+            seen.wait_for_function("!window.engine.busy")
+        return seen
+
+    return move

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -11,12 +10,6 @@ from typing import Any
 import pytest
 
 import emsim
-from emsim.cli import main
-from emsim.fmus.page import there
-
-if not there() and os.environ.get("EMSIM_TEST_PAGES"):
-    pytest.fail("the engine of pages was not built", pytrace=False)
-pytestmark = pytest.mark.skipif(not there(), reason="without the engine of pages: emsim/engine/page.sh")
 
 RC = """an RC, measured
 .param res=1k
@@ -44,26 +37,6 @@ STOP floor way min=0 k=1e4 c=1
 .tran 1m 1
 .end
 """
-
-
-@pytest.fixture
-def moved(tmp_path: Path, visit: Callable[..., Any], capsys: Any) -> Callable[..., Any]:
-    def move(text: str, values: dict[str, str], **size: Any) -> Any:
-        deck, page = tmp_path / "deck.cir", tmp_path / "page.html"
-        deck.write_text(text)
-        assert main([str(deck), "--html", str(page), "-q"]) == 0
-        capsys.readouterr()
-        seen = visit(page, **size)
-        seen.wait_for_function("window.engine")
-        seen.click("#knobs .fold")
-        for name, value in values.items():
-            field = seen.get_by_label(f"{name}, as text")
-            field.fill(value)
-            field.press("Enter")
-            seen.wait_for_function("!window.engine.busy")
-        return seen
-
-    return move
 
 
 def table(seen: Any, name: str) -> dict[str, list[str]]:

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
 from support import NETLISTS
 
 import emsim
-from emsim.cli import main
-from emsim.fmus.page import there
-
-# emsim/engine/page.sh makes it; .ci/run does
-if not there() and os.environ.get("EMSIM_TEST_PAGES"):
-    pytest.fail("the engine of pages was not built", pytrace=False)
-pytestmark = pytest.mark.skipif(not there(), reason="without the engine of pages: emsim/engine/page.sh")
 
 NEAR = 1e-8  # of a column's largest value: the page's engine interprets, and values from outside are no constants to it
 STOP = """a bouncing ball, drawn
@@ -49,26 +40,6 @@ CASES = {
     "switched": (RLC, {"l1": ("1m", "2m"), "v1": ("5", "7")}),
     "ball": (STOP, {"ball(m)": ("m=0.1", "0.3")}),
 }  # fmt: skip
-
-
-@pytest.fixture
-def moved(tmp_path: Path, visit: Callable[..., Any]) -> Callable[..., Any]:
-    def move(text: str, values: dict[str, str], **size: int) -> Any:
-        deck, page = tmp_path / "deck.cir", tmp_path / "page.html"
-        deck.write_text(text)
-        assert main([str(deck), "--html", str(page), "-q"]) == 0
-        assert page.stat().st_size < 1_150_000
-        seen = visit(page, **size)
-        seen.wait_for_function("window.engine")
-        seen.click("#knobs .fold")
-        for name, value in values.items():
-            field = seen.get_by_label(f"{name}, as text")
-            field.fill(value)
-            field.press("Enter")
-            seen.wait_for_function("!window.engine.busy")
-        return seen
-
-    return move
 
 
 def columns(seen: Any) -> dict[str, list[float]]:

@@ -4,20 +4,12 @@ that says the same."""
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 import emsim
-from emsim.cli import main
-from emsim.fmus.page import there
-
-if not there() and os.environ.get("EMSIM_TEST_PAGES"):
-    pytest.fail("the engine of pages was not built", pytrace=False)
-pytestmark = pytest.mark.skipif(not there(), reason="without the engine of pages: emsim/engine/page.sh")
 
 FINE = ".options reltol=1e-7\n"
 RC = f"an RC\n{FINE}V1 in 0 5\nR1 in out 1k\nC1 out 0 1u ic=0\n.tran 20u 3m uic\n.end\n"
@@ -67,14 +59,9 @@ SIGNAL = (
 
 
 @pytest.fixture
-def opened(tmp_path: Path, visit: Callable[..., Any], capsys: Any) -> Callable[..., Any]:
+def opened(computing: Callable[..., Any]) -> Callable[..., Any]:
     def page_of(text: str, on: bool = False, **size: Any) -> Any:
-        deck, page = tmp_path / "deck.cir", tmp_path / "page.html"
-        deck.write_text(text)
-        assert main([str(deck), "--html", str(page), "-q"]) == 0
-        capsys.readouterr()
-        seen = visit(page, **size)
-        seen.wait_for_function("window.engine")
+        seen = computing(text, **size)
         if on:
             seen.click("text=runs on")
             seen.wait_for_function("window.engine.running?.view")
