@@ -94,6 +94,8 @@ class Session:
 
     def reset(self, **inputs: float) -> None:
         """At t = 0 again, with the inputs as the deck has them, or as these say. Raises as `set` and `step` do."""
+        for name in inputs:
+            self._place(name)  # what is no input leaves the run as it is
         self._instance.reset()
         for name, value in inputs.items():
             self.set(name, value)
