@@ -25,7 +25,8 @@ R2 out 0 200
 
 
 def command(*words: str) -> list[str]:
-    return [sys.executable, "-m", "emsim", *words]
+    # -B: a limit on sizes of files leaves no half of a compiled module behind
+    return [sys.executable, "-B", "-m", "emsim", *words]
 
 
 def start(*words: str, **more: Any) -> subprocess.Popen[str]:

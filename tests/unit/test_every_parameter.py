@@ -6,7 +6,9 @@ taken and has no effect stands in NOT_IN_THE_EQUATIONS with its reason, or this 
 
 from __future__ import annotations
 
+import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,6 +26,7 @@ NOT_IN_THE_EQUATIONS = {
     "R ac",  # of small signals: tests/ngspice/test_operating_values.py
     "V distof1", "V distof2", "I distof1", "I distof2",  # .disto reads them
     "R bv_max", "C bv_max", "L bv_max", "R model bv_max", "C model bv_max",  # limits that ngspice only warns of
+    *(f"{letter} {word}" for letter in "RCL" for word in ("pwr", "v", "irms", "ipk")),  # LTspice's ratings, for people
     "R tol", "C tol", "L tol",  # drawn by emsim sweep: tests/sweeps
     "C model defl",  # without l= on the line ngspice has no capacitance of a model either
     "L nt", "L model csect", "L model dia", "L model length", "L model nt", "L model mu",  # the inductance is given beside them
@@ -247,7 +250,38 @@ MOS = {
     "gamma": 0.4,
     "phi": 0.6,
 }
+# a card of each BSIM in which most laws count, from the figures beside ngspice
+BSIM = json.loads((Path(__file__).parent.parent / "veriloga" / "bsim_points.json").read_text())
+for of in ("bsim3", "bsim4"):
+    words = BSIM[of].replace("@", "").replace("+", " ").split()
+    RICH[of] = {key: float(value) for key, value in (word.split("=") for word in words)}
+RICH["bsim3"] |= {
+    "lw": 1e-16,
+    "wl": 1e-16,
+    "ww": 1e-16,
+    "lwl": 1e-22,
+    "wwl": 1e-22,
+    "llc": 1e-16,
+    "lwc": 1e-16,
+    "lwlc": 1e-22,
+    "wlc": 1e-16,
+    "wwc": 1e-16,
+    "wwlc": 1e-22,
+    "pscbe1": 4e8,
+}
+RICH["bsim4"] |= {
+    "ll": 1e-16, "wl": 1e-16, "lwl": 1e-22, "wwl": 1e-22, "llc": 1e-16, "lwc": 1e-16, "lwlc": 1e-22, "wlc": 1e-16, "wwc": 1e-16,
+    "wwlc": 1e-22, "up": 0.1, "ku0": 1e-8, "lku0": 1e-8, "wku0": 1e-8, "llodku0": 1.0, "wlodku0": 1.0, "lkvth0": 1e-8,
+    "wkvth0": 1e-8, "llodvth": 1.0, "wlodvth": 1.0, "kvth0we": 0.1, "k2we": 0.01, "ku0we": 0.01,
+    "toxref": 2e-9, "kgidl": 0.1, "kgisl": 0.1, "vfbsdoff": 0.02,
+}  # fmt: skip
 SIZES = {"l": 2e-6, "w": 1e-5, "ad": 1e-11, "as": 1e-11, "pd": 1e-5, "ps": 1e-5, "nrd": 1.0, "nrs": 1.0}
+SMALL = {"w": 1e-6, "ad": 2e-13, "as": 2.5e-13, "pd": 2.4e-6, "ps": 2.5e-6, "nrd": 0.2, "nrs": 0.3}
+SIZES_OF = {
+    "bsim3": SMALL | {"l": 1.8e-7},
+    "bsim4": SMALL
+    | {"l": 1e-7, "nf": 2.0, "sa": 1e-6, "sb": 1.2e-6, "sd": 2e-7, "sca": 2.0, "scb": 0.2, "scc": 0.01},
+}
 TRIED = (
     (1.3, 2.1),
     (0.3, 0.6),
@@ -259,23 +293,107 @@ TRIED = (
     (1e-8, 3e-8),
     (1e16, 3e16),
     (20.0, 60.0),
+    (3.1, 3.3),
+    (4.5, 4.8),
+    (1e-15, 3e-15),
+    (1e-21, 3e-21),
 )
+
+
+# what else is given so that a parameter counts; None: without what stands in place of it
+SWITCHES = (
+    {},
+    {"tlev": 1.0, "tlevc": 1.0},
+    {"tlev": 3.0},
+    {"nsub": 1e16, "vmax": 1e5},
+    {"ibe": 1e-14, "ibc": 1e-14},
+    {"nsub": 1e16, "nfs": 1e11, "xj": 1e-7, "ld": 1e-7},
+    {"quasimod": 1.0},
+    {"tlev": 2.0},
+    {"level": 3.0},
+    {"js": None},
+    {"gamma": None, "phi": None},
+    {"lambda": None, "lambda0": 0.02},
+    {"lambda": None, "nsub": 1e16, "vmax": 1e5},
+    {"uexp": 0.2, "nsub": 1e16},
+)
+SWITCHES_OF = {
+    "bsim3": (
+        {},
+        {"noimod": 2.0},
+        {"noimod": 1.0, "kf": 1e-25},
+        {"capmod": 0.0},
+        {"vth0": None, "k1": None, "k2": None},
+    ),
+    "bsim4": (
+        {"igcmod": 1.0, "igbmod": 1.0, "rdsmod": 1.0, "rgatemod": 1.0, "rbodymod": 1.0, "gidlmod": 1.0, "wpemod": 1.0,
+         "dvtp2": 0.1, "dvtp3": 0.1, "dvtp4": 0.1, "vtl": 2e5, "xn": 3.0, "web": 0.1, "wec": 0.1},
+        # drawn diffusions, and the bulk by its five resistances
+        {"rbodymod": 2.0, "rgeomod": 1.0, "geomod": 4.0, "igcmod": 1.0, "mobmod": 2.0, "cvchargemod": 1.0,
+         "fnoimod": 0.0, "kf": 1e-25,
+         **dict.fromkeys("toxp aigsd bigsd cigsd nrd nrs ad as pd ps".split()),
+         **dict.fromkeys("rbps0 rbpd0 rbpbx0 rbpby0 rbsbx0 rbsby0 rbdbx0 rbdby0".split(), 50.0)},
+        {"vth0": None, "k1": None, "k2": None, "capmod": 0.0, "diomod": 2.0},
+        {"tnoimod": 1.0, "version": 4.5},
+        {"mtrlmod": 1.0, "toxp": None, "toxe": None, "tnoimod": 2.0, "diomod": 0.0},
+        {"mobmod": 3.0, "ud": 1e14, "tempmod": 2.0, "at": 1e-4, "ua1": 1e-3, "ub1": -1e-3, "uc1": 1e-3,
+         "prt": 1e-3, "wpemod": 1.0, "sc": 1e-6, "gidlmod": 1.0, "gidlclamp": -20.0,
+         **dict.fromkeys("sca scb scc".split())},
+    ),
+}  # fmt: skip
+BIASES = (
+    {"c": 2.0, "ci": 1.9, "cx": 1.95, "b": 0.75, "bi": 0.7, "e": 0.02, "ei": 0.01, "s": -1.0, "d": 3.0, "di": 2.9, "g": 2.5,
+     "gi": 2.4, "si": 0.05, "a": 0.7, "ai": 0.65, "slow_s": 2.3, "slow_d": -0.6, "heat": 0.01, "j": 0.66,
+     "tj": 10.0, "tc": 3.0},
+    {"c": 0.1, "ci": 0.12, "b": 0.8, "bi": 0.78, "s": 0.3, "d": -0.7, "di": -0.65, "g": -0.4, "gi": -0.35, "a": -7.0,
+     "ai": -6.9, "an": -0.5, "j": -6.8},
+    {"d": 40.0, "di": 39.0, "g": 1.0, "gi": 0.9, "b": -1.0, "bi": -1.1, "c": -0.6, "ci": -0.5, "a": -4.0, "ai": -3.9,
+     "j": 0.9},
+    {"d": 0.6, "di": 0.5, "g": -2.5, "gi": -2.5, "b": -12.0, "bi": -12.0},
+)  # fmt: skip
+KNOWN: dict[str, set[str]] = {}  # unknowns of a module, as it was asked last
 
 
 def numbers(module, given: dict[str, float], inst: dict[str, float], at: dict[str, float]) -> str | None:
     """Everything that an instance computes at these voltages; None where the values are refused."""
-    try:
-        found = module.texts.evaluate(module.name, given, 60.0, {}, 1e-12, 27.0, inst)
-        known = {name for name, _ in found["unknowns"]}
+    known = KNOWN.get(module.name, set())
+    while True:
         voltages = {name: v for name, v in at.items() if name in known}
-        found = module.texts.evaluate(module.name, given, 60.0, voltages, 1e-12, 27.0, inst)
-    except ValueError:
-        return None
-    return repr([found[key] for key in ("unknowns", "flows", "noise", "outputs", "merged")])
+        try:
+            found = module.texts.evaluate(module.name, given, 60.0, voltages, 1e-12, 27.0, inst)
+        except ValueError:
+            return None
+        except KeyError:  # one of them is none in these values
+            known = set()
+            continue
+        names = {name for name, _ in found["unknowns"]}
+        if names == known:
+            return repr([found[key] for key in ("unknowns", "flows", "noise", "outputs", "merged")])
+        known = KNOWN[module.name] = names
+
+
+def binned(name: str) -> list[str]:
+    """The lines of a BSIM that make a parameter and its three by the sizes, each in one."""
+    path = Path(emsim.__file__).parent / "devices" / f"{name}_binned.vams"
+    return re.findall(r"^`BINNED(?:_AS)?\(([^\n]*)", path.read_text(), re.M)
+
+
+@pytest.mark.parametrize("name", ["bsim3", "bsim4"])
+def test_a_parameter_by_sizes_bears_the_name_of_its_own(name):
+    """So what a number hangs on hangs on all four."""
+    lines = binned(name)
+    assert len(lines) > 50
+    for line in lines:
+        word, *by_size = line.split(", ")[:4]
+        assert by_size == [letter + word for letter in "lwp"]
 
 
 def module_words() -> list[str]:
-    return [f"{name} {p['names'][0]}" for name in names() for p in shipped(name).about["parameters"]]
+    by_size = {
+        f"bsim{k} {word}" for k in "34" for line in binned(f"bsim{k}") for word in line.split(", ")[1:4]
+    }
+    words = [f"{name} {p['names'][0]}" for name in names() for p in shipped(name).about["parameters"]]
+    return [name for name in words if name not in by_size or name.endswith(" lvth0")]
 
 
 @pytest.mark.parametrize("name", module_words())
@@ -283,45 +401,17 @@ def test_a_parameter_of_a_module_is_not_ignored(name):
     module, word = shipped(name.split()[0]), name.split()[1]
     is_instance = module.parameters[word.lower()]["instance"]
     rich = RICH.get(module.name.removeprefix("thermal_"), MOS)
-    sizes = (
-        {key: value for key, value in SIZES.items() if key in module.parameters}
-        if module.name.startswith("mos")
-        else {}
-    )
-    switches = [
-        {},
-        {"tlev": 1.0, "tlevc": 1.0},
-        {"tlev": 3.0},
-        {"nsub": 1e16, "vmax": 1e5},
-        {"ibe": 1e-14, "ibc": 1e-14},
-    ]
-    switches += [
-        {"nsub": 1e16, "nfs": 1e11, "xj": 1e-7, "ld": 1e-7},
-        {"quasimod": 1.0},
-        {"tlev": 2.0},
-        {"level": 3.0},
-        # None: without what stands in place of it
-        {"js": None},
-        {"gamma": None, "phi": None},
-        {"lambda": None, "lambda0": 0.02},
-        {"lambda": None, "nsub": 1e16, "vmax": 1e5},
-        {"uexp": 0.2, "nsub": 1e16},
-    ]
-    biases = [
-        {"c": 2.0, "ci": 1.9, "cx": 1.95, "b": 0.75, "bi": 0.7, "e": 0.02, "ei": 0.01, "s": -1.0, "d": 3.0, "di": 2.9, "g": 2.5,
-         "gi": 2.4, "si": 0.05, "a": 0.7, "ai": 0.65, "slow_s": 2.3, "slow_d": -0.6, "heat": 0.01, "j": 0.66,
-         "tj": 10.0, "tc": 3.0},
-        {"c": 0.1, "ci": 0.12, "b": 0.8, "bi": 0.78, "s": 0.3, "d": -0.7, "di": -0.65, "g": -0.4, "gi": -0.35, "a": -7.0,
-         "ai": -6.9, "an": -0.5, "j": -6.8},
-        {"d": 40.0, "di": 39.0, "g": 1.0, "gi": 0.9, "b": -1.0, "bi": -1.1, "c": -0.6, "ci": -0.5, "a": -4.0, "ai": -3.9,
-         "j": 0.9},
-    ]  # fmt: skip
-    for switch in switches:
-        values = {key: v for key, v in {**rich, **switch}.items() if v is not None}
-        given = {key: v for key, v in values.items() if key in module.parameters and key != word}
-        inst = {key: v for key, v in sizes.items() if key != word}
-        for one, other in TRIED:
-            for at in biases:
+    sizes = SIZES_OF.get(module.name, SIZES if module.name.startswith("mos") else {})
+    sizes = {key: value for key, value in sizes.items() if key in module.parameters}
+    for switch in SWITCHES_OF.get(module.name, SWITCHES):
+        at_hand = {**rich, **sizes, **switch}
+        values = {k: v for k, v in at_hand.items() if v is not None and k in module.parameters and k != word}
+        inst = {k: v for k, v in values.items() if module.parameters[k]["instance"]}
+        given = {k: v for k, v in values.items() if k not in inst}
+        near = at_hand.get(word)
+        beside = [(1.1 * near, 1.3 * near)] if near else []
+        for one, other in [*beside, *TRIED]:
+            for at in BIASES:
                 found = [
                     numbers(
                         module,
@@ -342,6 +432,11 @@ IDLE_IN_MODULES = {
     "jfet gdsnoi",  # with nlev=3 alone
     "jfet2 ver",  # as in ngspice
     "mesfet fc",  # as in ngspice
+    "bsim3 paramchk", "bsim4 paramchk",  # checks alone, as in ngspice
+    "bsim3 nqsmod", "bsim3 acnqsmod", "bsim3 acm", "bsim4 trnqsmod", "bsim4 acnqsmod",  # another value than 0 is refused
+    "bsim3 elm",  # with nqsmod alone
+    "bsim3 geo",  # with acm alone
+    "bsim4 tnoic", "bsim4 rnoic",  # of correlated noise: refused or told in the guide
     "mos2 utra", "mos6 nvth",  # as in ngspice
     "vdmos phi", "thermal_vdmos phi",  # taken, since cards have it
 }  # fmt: skip
