@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from commands import start
 from support import needs_ngspice
 
 import emsim
@@ -58,10 +59,10 @@ def number(mark: Path) -> int:
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_ngspice_ends_with_a_comparison_that_is_killed(slow, how):
     """It went on for ever."""
-    run = subprocess.Popen([sys.executable, "-m", "emsim", "compare", "deck.cir"], stderr=subprocess.DEVNULL)
+    run = start("compare", "deck.cir")
     pid = number(slow)
     run.send_signal(how)
-    run.wait(60)
+    run.communicate(timeout=60)
     until(lambda: not runs(pid))
 
 

@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 pub type SharedGraph = Arc<Mutex<Graph>>;
 
-pub fn lock(g: &SharedGraph) -> MutexGuard<'_, Graph> {
-    g.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+/// A lock, also of what a panic has left.
+pub fn lock<T>(held: &Mutex<T>) -> MutexGuard<'_, T> {
+    held.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
 #[pyclass(frozen)]

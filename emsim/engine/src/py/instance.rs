@@ -1,10 +1,10 @@
 //! `Instance`: a packed deck that Python leads from step to step, as an FMU's importer or a page does.
-use super::guarded;
+use super::{expr::lock, guarded};
 use crate::packed::instance::{self, Kept};
 use crate::packed::Packed;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 #[pyclass(frozen)]
 pub struct Instance {
@@ -27,12 +27,8 @@ impl Instance {
         py: Python<'_>,
         what: impl FnOnce(&mut instance::Instance) -> Result<T, String> + Send,
     ) -> PyResult<T> {
-        let done = py.detach(|| guarded(|| what(&mut self.lock())))?;
+        let done = py.detach(|| guarded(|| what(&mut lock(&self.held))))?;
         done.map_err(PyRuntimeError::new_err)
-    }
-
-    fn lock(&self) -> MutexGuard<'_, instance::Instance> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -46,7 +42,7 @@ impl Instance {
 
     /// As it was made: inputs as the deck has them, whatever became of the run.
     fn reset(&self) {
-        self.lock().reset();
+        lock(&self.held).reset();
     }
 
     /// At t = 0, with the inputs as they are.
@@ -56,7 +52,7 @@ impl Instance {
 
     #[getter]
     fn time(&self) -> f64 {
-        self.lock().time()
+        lock(&self.held).time()
     }
 
     /// By value reference: 0 is the time, then the inputs, then the outputs.

@@ -20,20 +20,14 @@ static RAISED: Mutex<Option<PyErr>> = Mutex::new(None);
 
 /// Has Python been asked to end what it does?
 fn ask() -> bool {
-    let raised = Python::attach(|py| py.check_signals().err());
-    let found = raised.is_some();
-    if found {
-        *RAISED.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = raised;
-    }
-    found
+    let Err(raised) = Python::attach(|py| py.check_signals()) else { return false };
+    *expr::lock(&RAISED) = Some(raised);
+    true
 }
 
 /// What may take long; where it was interrupted, what Python's handler has raised.
 pub fn guarded<T>(run: impl FnOnce() -> T) -> PyResult<T> {
-    interrupt::guarded(run).map_err(|_| {
-        let raised = RAISED.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take();
-        raised.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))
-    })
+    interrupt::guarded(run).map_err(|_| expr::lock(&RAISED).take().unwrap_or_else(|| PyKeyboardInterrupt::new_err(())))
 }
 
 #[pymodule]

@@ -47,7 +47,7 @@ impl SmallSignal {
     /// (unknown, volts, amperes) where the point hangs on gmin.
     #[getter]
     fn hanging(&self) -> Option<(usize, f64, f64)> {
-        let held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let held = lock(&self.held);
         held.1.hanging.map(|h| (h.unknown, h.volts, h.amperes))
     }
 
@@ -60,7 +60,7 @@ impl SmallSignal {
     /// F at the point.
     #[getter]
     fn residual(&self) -> Vec<f64> {
-        let mut held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut held = lock(&self.held);
         self.system.eval(&mut held.1, &self.x, 0.0);
         held.1.f.clone()
     }
@@ -78,7 +78,7 @@ impl SmallSignal {
     ) -> PyResult<Vec<Bound<'py, PyBytes>>> {
         let ids = outputs.iter().map(|o| Expr::operand(&self.graph, o)).collect::<PyResult<Vec<_>>>()?;
         let sources: Vec<(usize, Complex)> = sources.into_iter().map(|(k, u)| (k, complex(u))).collect();
-        let mut held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut held = lock(&self.held);
         let (linear, w) = &mut *held;
         let (slopes, excitation) = {
             let mut g = lock(&self.graph);
@@ -108,7 +108,7 @@ impl SmallSignal {
     fn values(&self, outputs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
         let ids = outputs.iter().map(|o| Expr::operand(&self.graph, o)).collect::<PyResult<Vec<_>>>()?;
         let tape = Tape::new(&lock(&self.graph), &ids);
-        let mut held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut held = lock(&self.held);
         let w = &mut held.1;
         self.system.set_time(w, 0.0);
         Ok(tape.eval(&Inputs { x: &self.x, t: 0.0, waves: &w.waves, flags: &w.flags }).to_vec())
@@ -118,7 +118,7 @@ impl SmallSignal {
     /// their series resistances: (instance, terminal, nodes, conductance).
     #[allow(clippy::type_complexity)]
     fn device_noise(&self) -> (Vec<(String, String, [i32; 2], f64, f64)>, Vec<(String, usize, [i32; 2], f64)>) {
-        let held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let held = lock(&self.held);
         let mut found = Vec::new();
         self.system.each_noise(&held.1, &self.x, |name, n, nodes| {
             found.push((name.to_owned(), n.name.to_owned(), nodes, n.power, n.exponent));
@@ -151,7 +151,7 @@ impl SmallSignal {
         if sources.iter().flat_map(|s| &s.rows).any(|&(row, _)| row >= self.system.n) {
             return Err(PyValueError::new_err("no such row"));
         }
-        let mut held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut held = lock(&self.held);
         let (linear, w) = &mut *held;
         let (slopes, excitation) = {
             let mut g = lock(&self.graph);
@@ -180,7 +180,7 @@ impl SmallSignal {
     /// a = (G + s C)^-T de/dx of an expression: what one ampere (or whatever the row's unit is) into each row of F gives in it.
     fn adjoint(&self, s: Pair, output: &Bound<'_, PyAny>) -> PyResult<Vec<Pair>> {
         let id = Expr::operand(&self.graph, output)?;
-        let mut held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut held = lock(&self.held);
         let (linear, w) = &mut *held;
         let slopes = Gradients::new(&mut lock(&self.graph), &[id]).at(&self.system, w, &self.x);
         let mut a = vec![Complex::new(0.0, 0.0); self.system.n];
@@ -191,7 +191,7 @@ impl SmallSignal {
 
     /// (indptr, indices, values of G, values of C), compressed sparse columns: det(G + s C) = 0 at the poles.
     fn pencil(&self) -> (Vec<usize>, Vec<usize>, Vec<f64>, Vec<f64>) {
-        let held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let held = lock(&self.held);
         let (pattern, g, c) = held.0.pencil();
         (pattern.colptr.clone(), pattern.rowidx.clone(), g.to_vec(), c.to_vec())
     }

@@ -660,11 +660,11 @@ impl System {
                     })
             };
             // what was recorded before an interrupt is kept, wherever in the run it is seen
-            let outcome = interrupt::guarded(|| match parts.as_slice() {
-                [] => integrate::run(&sys, &mut w, a, &o, &mut record, &mut tick),
-                parts => integrate::run_apart(&sys, &mut w, parts, a, &o, &mut record, &mut tick),
-            })
-            .unwrap_or_else(|_| Outcome::interrupted());
+            let mut outcome = Outcome::interrupted();
+            let _ = interrupt::guarded(|| match parts.as_slice() {
+                [] => outcome = integrate::run(&sys, &mut w, a, &o, &mut record, &mut tick),
+                parts => outcome = integrate::run_apart(&sys, &mut w, parts, a, &o, &mut record, &mut tick),
+            });
             if outcome.status == Status::Ok && outcome.end.len() == sys.n {
                 w.unstable = op::unstable(&sys, &mut w, &outcome.end, outcome.ended, &o, &Tolerances::new(&sys, &o));
             }

@@ -1,5 +1,5 @@
 //! Verilog-A for Python: what a text declares, what is wrong with it, and the numbers of an instance at given voltages.
-use super::guarded;
+use super::{expr::lock, guarded};
 use crate::derive::slopes as slopes_of;
 use crate::graph::{Id, Node};
 use crate::tape::{Inputs, Tape};
@@ -86,14 +86,14 @@ pub fn given(
 /// The same for instances that are alike.
 pub fn remembered(this: &VerilogA, py: Python<'_>, module: &str, given: Given) -> PyResult<Arc<Folded>> {
     {
-        let mut lately = this.lately.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut lately = lock(&this.lately);
         if let Some(k) = lately.iter().position(|c| c.module == module && c.given == given) {
             lately[..=k].rotate_right(1);
             return Ok(lately[0].to.clone());
         }
     }
     let to = Arc::new(folded(this, py, module, &given)?);
-    let mut lately = this.lately.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut lately = lock(&this.lately);
     lately.insert(0, Come { module: module.to_string(), given, to: to.clone() });
     lately.truncate(REMEMBERED);
     Ok(to)

@@ -154,10 +154,8 @@ fn deep<T: Send>(work: impl FnOnce() -> T + Send) -> T {
             let _ends = ends; // closed when it goes, by unwinding too
             interrupt::beside(work)
         };
-        let worker = match std::thread::Builder::new().stack_size(256 << 20).spawn_scoped(scope, run) {
-            Ok(worker) => worker,
-            Err(e) => panic!("no thread can be started: {e}"),
-        };
+        let worker = std::thread::Builder::new().stack_size(256 << 20).spawn_scoped(scope, run);
+        let worker = worker.unwrap_or_else(|e| panic!("no thread can be started: {e}"));
         while ended.recv_timeout(interrupt::PATIENCE) == Err(RecvTimeoutError::Timeout) {
             interrupt::asked();
         }
