@@ -306,12 +306,13 @@ class System:
         conditions: Sequence[str],
         warnings: dict[int, str],
         accounts: tuple[Sequence[Expr], Sequence[Expr], Sequence[int]] | None = None,
-    ) -> bytes:
+    ) -> tuple[bytes, list[tuple[str, str | None]]]:
         """The equations as bytes, for the engine in an FMU. Inputs: wave, name, value where nothing is said, and when it
         varies (continuous, tunable, fixed); outputs: expression (made before `compile`), name; guards: expression
         of inputs, its sign, which is to stay; times: tstep, tstop, tmax, tstart [s];
         codes: kind of failure -> the code under which it is explained; conditions: what flags are called; warnings: flag -> what
-        is said when it turns to 1; accounts: as those of `tran`, with what works in impulses. ValueError."""
+        is said when it turns to 1; accounts: as those of `tran`, with what works in impulses. And
+        inputs that keep a hidden constraint from being differentiated, with an output that shows it. ValueError."""
     def tran(
         self,
         tstep: float,

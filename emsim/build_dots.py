@@ -308,6 +308,18 @@ class DotCards(Cards):
         names = [str(p.lower()) for p in parts[1:-1]]
         return Func(str(parts[0].lower()), names, expression(parts[-1], line), line.span(parts[0]))
 
+    def row(self, leaf: Any, line: Line) -> list[Any]:
+        """[{k} 1 {2*k}]: numbers, and what the level's parameters make of the rest."""
+        import re
+
+        found: list[Any] = []
+        for piece in re.finditer(r"\{[^}]*\}|[^\s,\[\]{}]+", leaf):
+            start = line.start + leaf.start_pos + piece.start()
+            where = line.span_at(leaf.start_pos + piece.start(), leaf.start_pos + piece.end())
+            place = Line(line.file, where.line, where.col, start, start + len(piece[0]))
+            found.append(expression(parse_line(place, "expression"), place))
+        return found
+
     def on_model(self, ch: list[Any], line: Line) -> Model:
         params: dict[str, Any] = {}
         spans = {}
@@ -320,7 +332,7 @@ class DotCards(Cards):
                 name = str(key.lower())
                 params.pop(name, None)  # in the order in which they last stand
                 if value.__class__ is not tuple and value.type == "BRACKETED":
-                    params[name] = str(value)
+                    params[name] = self.row(value, line) if "{" in value else str(value)
                 elif value.__class__ is not tuple and value.type == "NAME_IN_QUOTES":
                     # a number, the name of a file, a table such as 01z1
                     inner = _inside(value)

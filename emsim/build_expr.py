@@ -55,15 +55,11 @@ def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> 
         # brackets that only bracket do not count as depth of the expression
         return expression(children[1], line, machine, depth + 1)
     if depth > MAX_DEPTH:
-        raise LineError(
-            Diagnostic(
-                "error",
-                "E104",
-                f"the expression is nested more than {MAX_DEPTH} deep",
-                line.span_at(*extent(tree)),
-                "give parts of it names with .param or .func",
-            )
+        said, hint = (
+            f"the expression is nested more than {MAX_DEPTH} deep",
+            "give parts of it names with .param or .func",
         )
+        raise LineError(Diagnostic("error", "E104", said, line.span_at(*extent(tree)), hint))
     if rule in CHAINS:
         return _chain(tree, line, machine, depth + 1)
     at, dialect = (line, *extent(tree)), line.file.dialect

@@ -1,23 +1,19 @@
 """The deck as typed objects: what a card says, free of how it was spelled.
 
 Two forms share these classes. `Deck` is what one text holds: cards in order, subcircuits and conditions
-nested, values still expressions. `FlatDeck` is what every later stage sees: one level, names such as `x1.r1`,
-parameters evaluated, models looked up. All names are lower-case.
+nested, values still expressions. `FlatDeck` (elaborate/flat.py) is what every later stage sees. All names are lower-case.
 """
 
 from __future__ import annotations
 
 from .diagnostics import Placed
-from .draws import Draws
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
     from .diagnostics import Diagnostic, Place, Sink, Span
-    from .elements import Element
     from .expr import Node
-    from .opened import Opened
     from .source import SourceFile
 
     # A value on a machine card: number (SI), expression, tuple, or word; a shape such as rod(0.3) is a Call.
@@ -199,92 +195,6 @@ class Probe:
 
     def __repr__(self) -> str:
         return self.text
-
-
-class FlatDeck:
-    """Everything the later stages see of a deck, on one level. Temperatures in degrees Celsius."""
-
-    __slots__ = (
-        "also",
-        "analyses",
-        "commanded",
-        "commands",
-        "draws",
-        "elements",
-        "fmu",
-        "fours",
-        "gravity",
-        "ics",
-        "inputs",
-        "is_drawn",
-        "machine",
-        "measures",
-        "models",
-        "modules",
-        "named",
-        "nodesets",
-        "option_spans",
-        "options",
-        "origin",
-        "params",
-        "prints",
-        "probed",
-        "probes",
-        "reads_temper",
-        "saves",
-        "sink",
-        "sources",
-        "steps",
-        "temp",
-        "title",
-        "tnom",
-        "uses",
-        "views",
-        "wanted",
-    )
-
-    def __init__(self, title: str, sink: Sink) -> None:
-        self.title = title
-        self.sink = sink
-        self.elements: list[Element] = []
-        self.machine: list[MachineCard] = []
-        self.models: dict[str, Model] = {}
-        self.named: list[str] = []  # every file that was looked for: that of the deck
-        self.modules: dict[str, Any] = {}  # of Verilog-A, from files that .hdl names
-        self.options: dict[str, float | str | bool] = {}
-        self.option_spans: dict[str, Span] = {}
-        self.params: dict[str, float] = {}  # of the top level
-        self.origin: Any = (
-            None  # what it was flattened from (elaborate/quantity.py); None where it was altered since
-        )
-        self.reads_temper = False  # a parameter does
-        self.draws = Draws()  # random values
-        self.fmu: dict[str, list[Probe]] = {}  # list of .fmu -> its words
-        # what comes from outside while an FMU runs: name of a source or of a card's value -> where nothing is said; None: no FMU
-        self.inputs: Opened | None = None
-        self.temp = 27.0
-        self.tnom = 27.0
-        self.gravity: tuple[float, float, float] | None = None
-        self.analyses: list[Analysis] = []
-        self.ics: list[tuple[str, float, Span]] = []
-        self.nodesets: list[tuple[str, float, Span]] = []
-        self.saves: list[Probe] = []
-        self.probes: list[Probe] = []
-        self.probed: list[Probe] = []  # of .probe what is asked of terminals: vd(m1:d:s), p(x1)
-        self.prints: list[Print] = []
-        self.measures: list[Measure] = []
-        self.fours: list[Measure] = []  # .four, a clause a signal
-        self.also: list[Probe] = []  # asked for from outside the deck
-        self.wanted: list[Probe] = []  # by commands of .control: recorded where the deck has them
-        self.commands: list[Any] = []  # lines of its .control sections
-        self.commanded: list[Analysis] = []  # of `analyses` those that stand there plainly
-        self.steps: list[Any] = []  # elaborate.steps.Step, the one that runs fastest first
-        self.uses: list[
-            tuple[str, str, dict[str, str]]
-        ] = []  # of subcircuits: name, of what, nodes by terminal
-        self.views: list[dict[str, Any]] = []
-        self.is_drawn = False  # the circuit with its currents: these are recorded then
-        self.sources: list[SourceFile] = []
 
 
 # ---- the nested form ----

@@ -116,6 +116,21 @@ def instead(span: Span | None, wrong: str, right: str) -> list[Fix]:
     return [Fix(Span(span.file, span.line, at + 1, at + 1 + len(wrong)), right)]
 
 
+def meant_by(span: Span | None, message: str, hint: str | None) -> list[Fix]:
+    """Of a hint that asks whether another word was meant: that word for the one of the message that is like it."""
+    if span is None or hint is None or not hint.startswith("did you mean "):
+        return []
+    near = hint.partition("\n")[0][len("did you mean ") :].rstrip("?").strip("`=")
+    for wrong in (
+        *message.split("`")[1::2],
+        *(word for word in message.replace(",", " ").split() if word[-1] == "="),
+    ):
+        wrong = wrong.rstrip("=")
+        if wrong != near and suggest(wrong, [near]) == near and (found := instead(span, wrong, near)):
+            return found
+    return []
+
+
 def _word_in(line: str, word: str, start: int) -> int | None:
     """Where a word stands on a line, from `start` on, in capitals or not; not as a part of another."""
     text, word = line.lower(), word.lower()
@@ -172,7 +187,7 @@ class Diagnostic:
         self.span = span
         self.hint = hint if hint is None else _short(hint)
         self.labels = [(where, inert(text)) for where, text in labels]
-        self.fixes = list(fixes)
+        self.fixes = list(fixes) or meant_by(span, message, hint)
 
     def __repr__(self) -> str:
         where = f" at {self.span!r}" if self.span else ""
@@ -328,6 +343,14 @@ def suggest(word: str, candidates: Iterable[str]) -> str | None:
     if best is None and len(word) >= LEAST_BEGINNING:
         best = min((c for c in candidates if c.lower().startswith(word)), key=len, default=None)
     return best
+
+
+def did_you_mean(
+    word: str, candidates: Iterable[str], otherwise: str | None = None, form: str = "`{}`"
+) -> str | None:
+    """The hint that names what `suggest` finds, or `otherwise` where nothing is near."""
+    near = suggest(word, candidates)
+    return f"did you mean {form.format(near)}?" if near else otherwise
 
 
 def _edit_distance(a: str, b: str) -> int:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from .diagnostics import Placed, instead, suggest
+from .diagnostics import Placed, did_you_mean, instead, suggest
 from .draws import RANDOM, Draws, is_random
 from .functions import BRANCHES, MATH, OF_COLUMNS, OF_TIME, power
 
@@ -417,8 +417,7 @@ SYNONYMS = {
 def undefined(node: Name, scope: Scope) -> ExprError:
     """The error for a name that is no parameter in sight."""
     if isinstance(node, Bare):
-        near = suggest(node.id, scope.names())
-        hint = f"did you mean `{near}`?" if near else "write a number, or the name of a .param"
+        hint = did_you_mean(node.id, scope.names(), "write a number, or the name of a .param")
         return ExprError("E110", f"{node.what} is no number: `{node.id}`", node.span, hint)
     if node.id in RUN_TIME_NAMES:
         return ExprError("E125", f"`{node.id}` is known only while the run goes on", node.span, MAY_READ)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 SAME = "same"
 BY_TREE = "by tree"
 MANY = 99  # arguments, where there is no bound
-POINTS = 9999  # arguments of a table of points
+POINTS = 100_000  # arguments of a table of points
 
 
 class Function:

@@ -6,7 +6,7 @@ import re
 
 from . import dots
 from .cards import CARDS
-from .diagnostics import Diagnostic, Fix, Span, suggest
+from .diagnostics import Diagnostic, Fix, Span, did_you_mean
 from .elements import LETTERS
 from .lark_grammar import parser
 from .marks import card_class
@@ -43,15 +43,9 @@ def _check_nesting(line: Line) -> None:
         if c in "({":
             depth += 1
             if depth > MAX_NESTING:
-                raise LineError(
-                    Diagnostic(
-                        "error",
-                        "E104",
-                        f"brackets are nested more than {MAX_NESTING} deep",
-                        line.span_at(at, at + 1),
-                        "give parts of the expression names with .param or .func",
-                    )
-                )
+                said = f"brackets are nested more than {MAX_NESTING} deep"
+                hint = "give parts of the expression names with .param or .func"
+                raise LineError(Diagnostic("error", "E104", said, line.span_at(at, at + 1), hint))
         elif c in ")}":
             depth -= 1
 
@@ -257,13 +251,12 @@ def unknown_dot(line: Line, word: str) -> Diagnostic:
         for t in parser().terminals
         if t.pattern.type == "str" and t.pattern.value.startswith(".")
     )
-    near = suggest(word, known)
     return Diagnostic(
         "error",
         "E105",
         f"there is no `{word}` card",
         line.span_at(0, len(word)),
-        f"did you mean `{near}`?" if near else None,
+        did_you_mean(word, known),
     )
 
 

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 
     from .analyses import Analysis, Run
     from .assemble import Assembly
-    from .deck import Deck, FlatDeck, Probe
+    from .deck import Deck, Probe
     from .diagnostics import Diagnostic, Fix
+    from .elaborate.flat import FlatDeck
     from .elaborate.steps import Change
     from .measures import Measured
     from .measures.fourier import Spectrum
@@ -385,6 +386,7 @@ def solve(
 ) -> list[Run]:
     """Every analysis in deck order; the first one that fails is the last."""
     from .analyses.base import derived
+    from .analyses.points import check_memory
 
     runs: list[Run] = []
     for analysis in planned:
@@ -393,6 +395,7 @@ def solve(
             assembly.drawing(), own.drawing()
         if stream is not None and analysis.streams and not derived(own, analysis):
             analysis.into = _streamed(own, analysis, runs, stream)
+        check_memory(own, analysis)
         run = analysis.run(own, progress)
         runs += (run, *run.beside)
         if run.waves.status != "ok":

@@ -56,7 +56,9 @@ def uncommented(text: str) -> str:
         if (
             c == ";"
             or (c == "/" and text[at : at + 2] == "//" and before in " \t\n")
-            or (c == "$" and before in " \t\n,")
+            or (
+                c == "$" and before in " \t\n," and text[at + 1 : at + 3] != "N_"
+            )  # a node of PSpice Schematics
             or (c == "*" and fresh)
         ):
             end = text.find("\n", at)

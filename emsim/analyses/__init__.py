@@ -9,8 +9,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from ..deck import FlatDeck
     from ..diagnostics import Diagnostic, Span
+    from ..elaborate.flat import FlatDeck
     from .tran import Tran
 
 __all__ = ["ANALYSES", "Analysis", "Axis", "Run", "find", "plan", "refused", "transients"]

@@ -12,9 +12,11 @@ from itertools import pairwise
 
 from .base import Analysis, Axis, Computed, Run, channels, derived, recorded, wrong
 from .op import is_static
+from .points import Points, evenly
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from typing import Self
 
     from .._engine import SmallSignal
@@ -26,29 +28,31 @@ if TYPE_CHECKING:
 SPACINGS = ("dec", "oct", "lin")
 STOP = 1e-3  # the last point may lie so much of a step behind the end, as in ngspice
 DEGREE = 8  # of the polynomials in frequency that measurements see
-AT_REST = 1e-6  # of its terms: a force or torque below it moves nothing
 
 
-class Ac(Analysis):
+class OverFrequencies(Analysis):
+    """What is computed at the frequencies of `dec|oct|lin n fstart fstop`."""
+
+    axis = Axis("frequency", "Hz", log=True)
+
+    def __init__(self, card: Card, frequencies: Points) -> None:
+        self.card, self.frequencies, self.static = card, frequencies, is_static(card)
+        self.axis = Axis("frequency", "Hz", frequencies.law is not evenly)
+
+
+class Ac(OverFrequencies):
     word = "ac"
     form = ".ac dec points fstart fstop, .ac oct points fstart fstop, .ac lin points fstart fstop"
     meaning = "small signals over frequency, about the operating point"
     plotname = "AC Analysis"
     has_responses = True
-    axis = Axis("frequency", "Hz", log=True)
     complex = True
     draws = ("circuit",)
 
-    def __init__(self, card: Card, frequencies: list[float], log: bool, static: bool) -> None:
-        self.card, self.frequencies, self.static = card, frequencies, static
-        self.axis = Axis("frequency", "Hz", log)
-
     @classmethod
     def read(cls, card: Card, sink: Sink) -> Self | None:
-        words = [a.lower() for a in card.args if isinstance(a, str) and a.lower() != "static"]
-        numbers = [float(a) for a in card.args if not isinstance(a, str)]
-        found = grid(cls, card, sink, words[0] if words else "", numbers, words[1:])
-        return None if found is None else cls(card, found, words[0] != "lin", is_static(card))
+        found = grid(cls, card, sink, card.args)
+        return None if found is None else cls(card, found)
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
         names, units, exprs = recorded(assembly, self)
@@ -89,7 +93,7 @@ class Ac(Analysis):
         ]
 
 
-def between(points: list[float], ratio: float) -> list[float]:
+def between(points: Points, ratio: float) -> list[float]:
     """Chebyshev's points of the second kind of each stretch between neighbours, of parts of it where they lie farther apart than
     so many times the first."""
     cosines = [0.5 - 0.5 * math.cos(math.pi * j / DEGREE) for j in range(DEGREE + 1)]
@@ -102,11 +106,12 @@ def between(points: list[float], ratio: float) -> list[float]:
     return found
 
 
-def grid(
-    kind: type[Analysis], card: Card, sink: Sink, spacing: str, numbers: list[float], strange: list[str]
-) -> list[float] | None:
+def grid(kind: type[Analysis], card: Card, sink: Sink, args: Sequence[float | str]) -> Points | None:
     """The frequencies of `dec|oct|lin n fstart fstop` [Hz], as ngspice lays them; None after an error."""
-    if spacing not in SPACINGS or strange or len(numbers) != 3 or not all(map(math.isfinite, numbers)):
+    words = [a.lower() for a in args if isinstance(a, str) and a.lower() != "static"]
+    numbers = [float(a) for a in args if not isinstance(a, str)]
+    spacing = words[0] if len(words) == 1 else ""
+    if spacing not in SPACINGS or len(numbers) != 3 or not all(map(math.isfinite, numbers)):
         wrong(kind, card, sink, f".{kind.word} takes dec, oct or lin, a number of points and two frequencies")
         return None
     points, start, stop = int(numbers[0]), numbers[1], numbers[2]
@@ -117,18 +122,21 @@ def grid(
     elif not 0 <= start <= stop:
         wrong(kind, card, sink, f"the frequencies {start:g} .. {stop:g} Hz must ascend from 0 or more")
     elif spacing == "lin":
-        return [start + k * (stop - start) / max(points - 1, 1) for k in range(points)]
+        return Points(points, evenly, start, stop - start, max(points - 1, 1))
     else:
         ratio = 2.0 ** (1 / points)
         if spacing == "dec":
             steps = math.floor(math.log10(stop / start) * points + 1e-9)
             ratio = (stop / start) ** (1 / steps) if steps else 10.0 ** (1 / points)
         count = math.floor(math.log(stop * (1 + STOP * ratio) / start) / math.log(ratio) + 1e-9) + 1
-        found = [start * ratio**k for k in range(count)]
-        if spacing == "dec" and len(found) > 1:
-            found[-1] = stop
-        return found
+        return Points(
+            count, _by_ratios, start, ratio, count - 1 if spacing == "dec" and count > 1 else -1, stop
+        )
     return None
+
+
+def _by_ratios(k: int, start: float, ratio: float, last: int, stop: float) -> float:
+    return stop if k == last else start * ratio**k
 
 
 def linearised(
@@ -145,7 +153,10 @@ def linearised(
 
         hangs(assembly, "at the operating point", *linear.hanging)
     if not hold and assembly.machine is not None:
-        _at_rest(assembly, analysis, linear)
+        from .moving import unsteady
+
+        if trouble := unsteady(assembly, analysis, linear):
+            return None, trouble
     return linear, []
 
 
@@ -165,30 +176,6 @@ def singular(assembly: Assembly, analysis: Analysis, error: ValueError) -> Diagn
     unknown = str(error).partition("singular: ")[2]
     why = {"kind": "singular", "during": "operating point", "unknown_name": unknown}
     return explain_failure(assembly, analysis, why)[0]
-
-
-def _at_rest(assembly: Assembly, analysis: Analysis, linear: SmallSignal) -> None:
-    """A warning where the machine gathers speed at the point."""
-    system = assembly.system
-    indptr, rows, g, _ = linear.pencil()
-    x, size = linear.x, [0.0] * system.n
-    for col in range(system.n):
-        for k in range(indptr[col], indptr[col + 1]):
-            size[rows[k]] += abs(g[k] * x[col])
-    least = {option: value for _, _, option, value, _ in system.quantities(assembly.options)}
-    force = linear.residual
-    for k, (name, kind, unit) in enumerate(zip(system.names, system.kinds, system.units, strict=True)):
-        if kind != "speed":
-            continue
-        floor = least.get("forcetol" if unit == "m/s" else "torquetol", 1e-12)
-        if abs(force[k]) > max(AT_REST * size[k], floor):
-            assembly.ctx.remark(
-                "W306",
-                f"the machine is not at rest where .{analysis.word} linearises it: {name} changes",
-                analysis.card.span,
-                f"ic= of a position at rest, or .{analysis.word} ... static, which looks for one",
-            )
-            return
 
 
 def excited(ctx: Context) -> list[tuple[int, tuple[float, float]]]:

@@ -60,6 +60,8 @@ def remarks(assembly: Assembly, run: Run) -> None:
     _limits(assembly, run)
     _openings(assembly, run)
     over_time = run.axis is not None and run.axis.name == "time"
+    if over_time or run.kind == "op":
+        _pulls(assembly, run, over_time)
     if run.kind == "tran" and run.waves.status == "ok":
         _amplified(assembly, run)
     if over_time and run.waves.rows > 1:
@@ -402,6 +404,24 @@ def _openings(assembly: Assembly, run: Run) -> None:
                 assembly.machine.span_of(row.owner),
                 "start it in another pose, away from a change point: ic= or guess= a little aside",
             )
+
+
+def _pulls(assembly: Assembly, run: Run, over_time: bool) -> None:
+    """Supports that ROLL keeps though the wheel would lift off, of those whose force is among the columns."""
+    for name, card in assembly.machine.couplings.items():
+        if card.spec.word != "ROLL" or f"force({name})" not in run.names:
+            continue
+        found = assembly.system.quantities(assembly.options)
+        least = max((value for _, _, option, value, _ in found if option == "forcetol"), default=0.0)
+        at = run.names.index(f"force({name})")
+        forces = [run.waves.value(k, at) for k in range(run.waves.rows)]
+        rounding = least + RELTOL * max(map(abs, forces), default=0.0)
+        row = next((k for k, force in enumerate(forces) if force < -rounding), None)
+        if row is not None:
+            when = f", first at t = {run.waves.value(row, 0):.6g} s" if over_time else ""
+            said = f"ROLL {name} pulls its parts together with {-forces[row]:.3g} N{when}: a wheel would lift off there"
+            hint = "CONTACT with mu= in its place lets it lift off; or load the wheel more"
+            assembly.flat.sink.warning("W422", said, card.span, hint)
 
 
 def _limits(assembly: Assembly, run: Run) -> None:

@@ -18,6 +18,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from math import isfinite
 
+from .points import POINT, Points, evenly
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -171,13 +173,8 @@ class Run:
         self.beside: list[Run] = []
         self.stats: dict[str, Any] = {}
         self.plotname = plotname
-        self.analysis, self.kind, self.names, self.units, self.waves = (
-            analysis,
-            kind or analysis.word,
-            names,
-            units,
-            waves,
-        )
+        self.analysis, self.kind = analysis, kind or analysis.word
+        self.names, self.units, self.waves = names, units, waves
         self.axis, self.grid, self.trouble, self.uic = axis, grid, trouble or [], uic
         self.derived, self.steps, self.inside = list(derived), list(steps), inside
         first = 1 if axis is None and not isinstance(waves, Computed) else 0
@@ -222,6 +219,7 @@ class Analysis(ABC):
     shown: ClassVar[tuple[str, ...]] = ()  # ... that are printed where no .print asks for any
 
     card: Card
+    frequencies: Points = Points(0, evenly, 0.0, 0.0, 1)  # [Hz], of those that go over them
     into: tuple[str, bool, Any] | None = None  # ... to this one, see outputs/raw.py
 
     @classmethod
@@ -233,6 +231,10 @@ class Analysis(ABC):
         """(tstep, tstop) [s] that waveforms refer to where they leave times out, and a period with which they have to repeat
         where one stands behind; None: to those of any other analysis."""
         return None
+
+    def rows(self) -> tuple[float, int, str]:
+        """Rows that are known before the run, bytes of each beside the table's own, and what makes fewer: see points.py."""
+        return len(self.frequencies), POINT, "fewer points; those of `dec` lie evenly over decades"
 
     def columns(self, ctx: Context) -> list[Output]:
         """What is recorded, without the axis: compiled before the equations are."""

@@ -14,6 +14,7 @@ from ..assemble.outputs import Output
 from .base import Analysis, Axis, Computed, Run, channels, derived, recorded, wrong
 from .failure import explain
 from .op import is_static
+from .points import POINT, Points, evenly
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ class Sweep:
 
     __slots__ = ("axis", "name", "values")
 
-    def __init__(self, name: str, values: list[float]) -> None:
+    def __init__(self, name: str, values: Points) -> None:
         self.name, self.values = name, values
         letter = name.rpartition(".")[2][:1]
         self.axis = TEMPERATURE if name == "temp" else SWEEPS.get(letter)
@@ -84,19 +85,19 @@ class Dc(Analysis):
             if not all(map(math.isfinite, (start, stop, step))):
                 wrong(cls, card, sink, ".dc has an argument that is no finite number")
                 return None
-            if (step == 0.0 and start != stop) or step * (stop - start) < 0.0:
+            if step * (stop - start) < 0.0:
+                said = f"steps of {step:g} do not lead from {start:g} to {stop:g}: {-step:g} is taken"
+                sink.warning("W308", said, card.span, f"write {-step:g}", [])
+                step = -step
+            if step == 0.0 and start != stop:
                 wrong(cls, card, sink, f"steps of {step:g} do not lead from {start:g} to {stop:g}")
                 return None
             count = math.floor((stop - start) / step + STOP) + 1 if step else 1
-            sweeps.append(Sweep(name.lower(), [start + j * step for j in range(count)]))
+            sweeps.append(Sweep(name.lower(), Points(count, evenly, start, step, 1)))
         if any(s.axis is None for s in sweeps):
             strange = next(s.name for s in sweeps if s.axis is None)
-            wrong(
-                cls,
-                card,
-                sink,
-                f"`{strange}` cannot be swept: .dc sweeps V and I sources, resistors and temp",
-            )
+            said = f"`{strange}` cannot be swept: .dc sweeps V and I sources, resistors and temp"
+            wrong(cls, card, sink, said)
             return None
         return cls(card, sweeps)
 
@@ -112,12 +113,8 @@ class Dc(Analysis):
                 ctx.sink.error("E309", said, self.card.span, "sweep a source that the expression reads")
             elif s.name == "temp" and ctx.flat.reads_temper:
                 said = "a parameter reads `temper`, which .dc temp would have to change"
-                ctx.sink.error(
-                    "E309",
-                    said,
-                    self.card.span,
-                    "run the deck once for each temperature: .temp 27 85, or .step temp",
-                )
+                hint = "run the deck once for each temperature: .temp 27 85, or .step temp"
+                ctx.sink.error("E309", said, self.card.span, hint)
         return super().columns(ctx)
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
@@ -175,12 +172,16 @@ class Dc(Analysis):
             derived=derived(assembly, self), steps=steps, trouble=trouble, inside=([*between, *asked] if within else (), 0),
         )  # fmt: skip
 
+    def rows(self) -> tuple[float, int, str]:
+        return self._count(1), POINT, "a larger step: what lies between is found from the points beside it"
+
     def _count(self, parts: int) -> int:
-        return len(self._points(parts))
+        inner, *outer = (len(s.values) for s in self.sweeps)
+        return ((inner - 1) * parts + 1) * math.prod(outer)
 
     def _points(self, parts: int) -> list[list[float]]:
         """Values of the sweeps at every point, the first one running fastest, in so many parts of its steps."""
-        inner, *outer = (s.values for s in self.sweeps)
+        inner, *outer = (list(s.values) for s in self.sweeps)
         if parts > 1:
             inner = [a + (b - a) * j / parts for a, b in pairwise(inner) for j in range(parts)] + inner[-1:]
         return [[a, *([b] if outer else [])] for b in (outer[0] if outer else [0.0]) for a in inner]

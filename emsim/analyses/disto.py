@@ -18,9 +18,8 @@ from __future__ import annotations
 import cmath
 import math
 
-from .ac import grid, linearised, without_delays
-from .base import Analysis, Axis, Computed, Run, recorded, wrong
-from .op import is_static
+from .ac import OverFrequencies, grid, linearised, without_delays
+from .base import Computed, Run, recorded, wrong
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
     from ..deck import Analysis as Card
     from ..diagnostics import Sink
     from .base import Progress
+    from .points import Points
 
 HARMONICS = ("2nd harmonic", "3rd harmonic")
 MIXED = ("IM: f1+f2", "IM: f1-f2", "IM: 2f1-f2")
@@ -47,19 +47,18 @@ SECOND = (1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90)
 SAME = 1e-6  # of the largest: matrices that differ by more are of other conditions
 
 
-class Disto(Analysis):
+class Disto(OverFrequencies):
     word = "disto"
     form = ".disto dec|oct|lin points fstart fstop [f2overf1]"
     meaning = "harmonics and mixed frequencies of small signals; sources with distof1, distof2"
     plotname = "DISTORTION - 2nd harmonic"
     names_itself = True
     tables: ClassVar[tuple[str, ...]] = tuple(KINDS.values())
-    axis = Axis("frequency", "Hz", log=True)
     complex = True
 
-    def __init__(self, card: Card, frequencies: list[float], log: bool, ratio: float | None) -> None:
-        self.card, self.frequencies, self.ratio, self.static = card, frequencies, ratio, is_static(card)
-        self.axis = Axis("frequency", "Hz", log)
+    def __init__(self, card: Card, frequencies: Points, ratio: float | None) -> None:
+        super().__init__(card, frequencies)
+        self.ratio = ratio
 
     @property
     def second(self) -> float | None:
@@ -68,14 +67,13 @@ class Disto(Analysis):
 
     @classmethod
     def read(cls, card: Card, sink: Sink) -> Self | None:
-        words = [a.lower() for a in card.args if isinstance(a, str) and a.lower() != "static"]
-        numbers = [float(a) for a in card.args if not isinstance(a, str)]
-        ratio = numbers.pop() if len(numbers) == 4 else None
+        args = [a for a in card.args if a != "static"]
+        ratio = float(args.pop()) if [isinstance(a, str) for a in args] == [True, *[False] * 4] else None
         if ratio is not None and not 0.0 < ratio < 1.0:
             wrong(cls, card, sink, f"f2overf1 is {ratio:g}, it must lie between 0 and 1")
             return None
-        found = grid(cls, card, sink, words[0] if words else "", numbers, words[1:])
-        return None if found is None else cls(card, found, words[0] != "lin", ratio)
+        found = grid(cls, card, sink, args)
+        return None if found is None else cls(card, found, ratio)
 
     def columns(self, ctx: Context) -> list[Output]:
         from ..assemble.outputs import columns
@@ -103,18 +101,15 @@ class Disto(Analysis):
                 from ..diagnostics import Diagnostic
 
                 said = ".disto does not know slopes across conditions: switches, thresholds"
-                trouble = [
-                    Diagnostic(
-                        "error", "E413", said, self.card.span, "put a resistor in the place of each switch"
-                    )
-                ]
+                hint = "put a resistor in the place of each switch"
+                trouble = [Diagnostic("error", "E413", said, self.card.span, hint)]
             else:
                 terms = slopes(assembly, linear, exprs)
                 for f in self.frequencies:
                     for kind, z in series.at(f, self.second).items():
                         found[kind].append(z)
         runs = []
-        frequencies = [] if trouble else self.frequencies
+        frequencies = [] if trouble else list(self.frequencies)
         for kind in kinds:
             columns = [_parts([sum(d * z[k] for k, d in row) for z in found[kind]]) for row in terms]
             flags, status = [False] + [True] * len(names), "failed" if trouble else "ok"

@@ -124,6 +124,10 @@ def explain_failure(
             "to rest, the machine needs a SPRING or gravity that brings every joint back, and no constant torque "
             "or voltage that keeps one moving; .op without static holds it at ic="
         )
+        if rolls := [name for name, card in assembly.machine.couplings.items() if card.spec.word == "ROLL"]:
+            hints.append(
+                f"on a slope there is none for what rolls ({', '.join(rolls)}): a SPRING, a STOP or FRICTION on its axle holds it"
+            )
     elif mechanical and (point or not t):
         two_ways = [d.message for d in assembly.flat.sink.diagnostics if d.code == "W233"]
         hints += [f"{said}; implicit methods need one, method=auto goes on explicitly" for said in two_ways]

@@ -12,9 +12,8 @@ import math
 
 from ..elements.base import BOLTZMANN, ZERO_CELSIUS
 from ..expr import Node
-from .ac import grid, linearised, singular
-from .base import Analysis, Axis, Computed, Run, wrong
-from .op import is_static
+from .ac import OverFrequencies, grid, linearised, singular
+from .base import Computed, Run, wrong
 from .tf import source_of
 
 TYPE_CHECKING = False
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from ..deck import Probe
     from ..diagnostics import Sink
     from .base import Progress
+    from .points import Points
 
     # element, word, rows with factors, power density at 1 Hz, exponent
     Source = tuple[str, str, list[tuple[int, float]], float, float]
@@ -36,7 +36,7 @@ LEAST = 1e-38  # of a density, before its logarithm is taken
 FLAT = 1e-10  # an exponent of frequency that is none
 
 
-class Noise(Analysis):
+class Noise(OverFrequencies):
     word = "noise"
     form = ".noise v(node[,node]) source dec|oct|lin points fstart fstop [every]"
     meaning = "noise at an output and at a source, over frequency and in total"
@@ -45,20 +45,10 @@ class Noise(Analysis):
     tables: ClassVar[tuple[str, ...]] = ("noise", "integrated noise")
     shown: ClassVar[tuple[str, ...]] = ("integrated noise",)
     names_itself = True
-    axis = Axis("frequency", "Hz", log=True)
 
-    def __init__(
-        self, card: Card, output: Probe, source: str, frequencies: list[float], log: bool, every: int
-    ) -> None:
-        self.card, self.output, self.source, self.frequencies, self.every = (
-            card,
-            output,
-            source,
-            frequencies,
-            every,
-        )
-        self.axis = Axis("frequency", "Hz", log)
-        self.static = is_static(card)
+    def __init__(self, card: Card, output: Probe, source: str, frequencies: Points, every: int) -> None:
+        super().__init__(card, frequencies)
+        self.output, self.source, self.every = output, source, every
 
     @classmethod
     def read(cls, card: Card, sink: Sink) -> Self | None:
@@ -69,7 +59,7 @@ class Noise(Analysis):
             (k for k, a in enumerate(args) if isinstance(a, str) and a.lower() in ("dec", "oct", "lin")), 0
         )
         numbers = [float(a) for a in args[at + 1 :] if not isinstance(a, str)]
-        strange = [a for a in args[at + 1 :] if isinstance(a, str)]
+        strange = [a for a in args[at:] if isinstance(a, str)]
         if at < 2 or len(numbers) not in (3, 4):
             said = ".noise takes a signal, a source, dec, oct or lin, a number of points and two frequencies"
             wrong(cls, card, sink, said)
@@ -78,15 +68,14 @@ class Noise(Analysis):
         if len(asked) != 1:
             wrong(cls, card, sink, f".noise takes one signal, there are {len(asked)}")
             return None
-        spacing = args[at].lower()
-        found = grid(cls, card, sink, spacing, numbers[:3], strange)
+        found = grid(cls, card, sink, [*strange, *numbers[:3]])
         if found is None:
             return None
         if not found[0] > 0.0:
             wrong(cls, card, sink, ".noise begins above 0 Hz")
             return None
         every = int(numbers[3]) if numbers[3:] else 0
-        return cls(card, asked[0], str(args[at - 1]).lower(), found, spacing != "lin", max(every, 0))
+        return cls(card, asked[0], str(args[at - 1]).lower(), found, max(every, 0))
 
     def columns(self, ctx: Context) -> list[Output]:
         from ..assemble.outputs import column
@@ -127,7 +116,7 @@ class Noise(Analysis):
                 )
             try:
                 columns = linear.noise(
-                    self.frequencies, output.expr, ctx.wave(source), [s[2:] for s in sources]
+                    list(self.frequencies), output.expr, ctx.wave(source), [s[2:] for s in sources]
                 )
             except ValueError as error:
                 trouble = [singular(assembly, self, error)]
@@ -151,7 +140,7 @@ class Noise(Analysis):
         )  # fmt: skip
         if len(self.frequencies) == 1:
             return spectra  # as in ngspice: of one frequency there is no integral
-        totals = [_integrals(self.frequencies, d, gain) for d in densities]
+        totals = [_integrals(list(self.frequencies), d, gain) for d in densities]
         shown = range(len(names)) if self.every else [len(names) - 1]
         integrated: list[list[float]] = []
         columns_of: list[str] = []
@@ -172,7 +161,7 @@ class Noise(Analysis):
         kept = slice(None, None, self.every or 1)
         at_source = [d / g for d, g in zip(curves[-1], gain, strict=True)]
         roots = [[math.sqrt(d) for d in c[kept]] for c in (*curves, at_source)]
-        return Computed([self.frequencies[kept], *roots])
+        return Computed([list(self.frequencies)[kept], *roots])
 
 
 def _named(sources: list[Source]) -> tuple[list[str], list[list[int]]]:

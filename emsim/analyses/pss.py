@@ -85,12 +85,8 @@ class Pss(Tran):
             *(0.0, 0.0, POINTS, HARMONICS, 0.0)[len(values) :],
         ][:5]
         if not all(map(math.isfinite, values)) or guess <= 0 or tstab < 0:
-            wrong(
-                cls,
-                card,
-                sink,
-                f"the frequency {guess:g} Hz must be positive, the time {tstab:g} s not negative",
-            )
+            said = f"the frequency {guess:g} Hz must be positive, the time {tstab:g} s not negative"
+            wrong(cls, card, sink, said)
             return None
         if points < 4 or harmonics < 1:
             wrong(cls, card, sink, f"{points:g} points and {harmonics:g} harmonics: 4 and 1 are the fewest")

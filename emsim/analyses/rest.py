@@ -41,9 +41,10 @@ def unstable(assembly: Assembly, x: Sequence[float], most: Sequence[float]) -> s
         answer = np.linalg.lstsq(inner, whole[np.ix_(circuit, q)], rcond=None)[0]
         stiffness = stiffness - whole[np.ix_(p, circuit)] @ answer
     free = np.eye(len(q))
-    gradient = whole[np.ix_([row.mu_row for row in m.rows], q)]
+    gradient = whole[np.ix_([row.mu_row for row in m.rows if not row.of_speeds], q)]
     # an effort enters the momentum rows by the slope of its flow
-    gradient = np.vstack([gradient, whole[np.ix_(p, _locked(assembly, x, most))].T])
+    efforts = [row.row for row in m.rows if row.of_speeds] + _locked(assembly, x, most)
+    gradient = np.vstack([gradient, whole[np.ix_(p, efforts)].T])
     if len(gradient):
         _, sizes, directions = np.linalg.svd(gradient)
         free = directions[int((sizes > 1e-9 * sizes.max(initial=0.0)).sum()) :].T

@@ -21,6 +21,7 @@ from ..expr import Call
 from .ac import excited, grid, linearised, singular
 from .base import Analysis, Axis, Computed, Run, wrong
 from .op import is_static
+from .points import evenly
 from .slopes import FORM, Slopes
 from .tf import source_of
 
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from ..diagnostics import Sink
     from ..elements import Element
     from .base import Progress
+    from .points import Points
 
     Derivative = Callable[[np.ndarray, np.ndarray | None, np.ndarray | None], list[complex]]
 
@@ -70,11 +72,12 @@ class Sens(Analysis):
     shown: ClassVar[tuple[str, ...]] = ("sens",)
     axis: Axis | None = None
 
-    def __init__(self, card: Card, output: Probe, frequencies: list[float] | None, log: bool) -> None:
-        self.card, self.output, self.frequencies = card, output, frequencies
+    def __init__(self, card: Card, output: Probe, frequencies: Points | None) -> None:
+        self.card, self.output = card, output
         self.static = is_static(card)
         if frequencies is not None:
-            self.axis = Axis("frequency", "Hz", log)
+            self.frequencies = frequencies
+            self.axis = Axis("frequency", "Hz", frequencies.law is not evenly)
 
     @classmethod
     def read(cls, card: Card, sink: Sink) -> Self | Slopes | None:
@@ -89,11 +92,9 @@ class Sens(Analysis):
             wrong(cls, card, sink, ".sens takes one signal, and for frequencies ac with dec, oct or lin")
             return None
         if not args[at:] or args[at] == "dc":
-            return cls(card, asked[0], None, False)
-        words = [a for a in args[at + 1 :] if isinstance(a, str)]
-        numbers = [float(a) for a in args[at + 1 :] if not isinstance(a, str)]
-        found = grid(cls, card, sink, words[0] if words else "", numbers, words[1:])
-        return None if found is None else cls(card, asked[0], found, words[0] != "lin")
+            return cls(card, asked[0], None)
+        found = grid(cls, card, sink, args[at + 1 :])
+        return None if found is None else cls(card, asked[0], found)
 
     def columns(self, ctx: Context) -> list[Output]:
         from ..assemble.outputs import column
@@ -116,7 +117,7 @@ class Sens(Analysis):
         columns: list[list[complex]] = []
         linear, trouble = linearised(assembly, self, self.static, not self.static)
         over = None
-        if linear is not None and self.frequencies is not None:
+        if linear is not None and self.axis is not None:
             over, trouble = linearised(assembly, self, self.static)
         if linear is not None and not trouble:
             try:
@@ -126,7 +127,7 @@ class Sens(Analysis):
                     columns.append(column)
             except ValueError as error:
                 trouble = [singular(assembly, self, error)]
-        if self.frequencies is None:
+        if self.axis is None:
             real = [[z.real for z in column] for column in columns]
             waves = Computed(real, status="failed" if trouble else "ok")
             return Run(self, names, units, waves, None, trouble=trouble)
@@ -152,7 +153,6 @@ class Sens(Analysis):
         adjoint = np.array([z[0] for z in linear.adjoint((0.0, 0.0), output)])
         spectra = None
         if over is not None:
-            assert self.frequencies is not None
             s = [2j * math.pi * f for f in self.frequencies]
             pairs = [(z.real, z.imag) for z in s]
             whole = over.respond(pairs, [ctx.b.x(k) for k in range(n)], excited(ctx))
@@ -248,7 +248,6 @@ class Sens(Analysis):
             if e.is_multiplied:
                 yield f"{e.name}_m", "", [by * ctx.value_at_start(e) / e.number("m", 1.0)]
             return
-        assert self.frequencies is not None
         moved = np.array([np.frombuffer(c, complex)[0].real for c in linear.respond([(0.0, 0.0)], xs, one)])
         from .pencil import dense
 

@@ -13,9 +13,8 @@ from __future__ import annotations
 
 import math
 
-from .ac import grid, linearised, singular
-from .base import Analysis, Axis, Computed, Run, wrong
-from .op import is_static
+from .ac import OverFrequencies, grid, linearised, singular
+from .base import Computed, Run, wrong
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -32,29 +31,23 @@ if TYPE_CHECKING:
 REGULAR = 1e12  # a matrix of a larger condition has no inverse
 
 
-class Sp(Analysis):
+class Sp(OverFrequencies):
     word = "sp"
     form = ".sp dec|oct|lin points fstart fstop"
     meaning = "scattering parameters between the sources with portnum and z0"
     plotname = "SP Analysis"
     has_responses = True
     names_itself = True
-    axis = Axis("frequency", "Hz", log=True)
     complex = True
-
-    def __init__(self, card: Card, frequencies: list[float], log: bool) -> None:
-        self.card, self.frequencies, self.static = card, frequencies, is_static(card)
-        self.axis = Axis("frequency", "Hz", log)
 
     @classmethod
     def read(cls, card: Card, sink: Sink) -> Self | None:
-        words = [a.lower() for a in card.args if isinstance(a, str) and a.lower() != "static"]
-        numbers = [float(a) for a in card.args if not isinstance(a, str)]
-        if len(numbers) == 4 and numbers.pop():
+        args = [a for a in card.args if a != "static"]
+        if [isinstance(a, str) for a in args] == [True, *[False] * 4] and args.pop():
             wrong(cls, card, sink, ".sp does not tell the noise of ports yet: .noise does, of any signal")
             return None
-        found = grid(cls, card, sink, words[0] if words else "", numbers, words[1:])
-        return None if found is None else cls(card, found, words[0] != "lin")
+        found = grid(cls, card, sink, args)
+        return None if found is None else cls(card, found)
 
     def columns(self, ctx: Context) -> list[Output]:
         from ..assemble import Output
@@ -114,7 +107,7 @@ class Sp(Analysis):
                     units.append(output.unit)
                     data.append(np.frombuffer(column, complex))
         columns = [np.ascontiguousarray(c).tobytes() for c in data]
-        frequencies = self.frequencies if columns else []
+        frequencies = list(self.frequencies) if columns else []
         waves = Computed(
             [frequencies, *columns], [False] + [True] * len(columns), "failed" if trouble else "ok"
         )

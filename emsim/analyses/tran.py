@@ -9,7 +9,6 @@ Before tstart, a hundred-thousandth of the run where that is longer.
 from __future__ import annotations
 
 import math
-import os
 
 from ..diagnostics import Fix, Span
 from .base import Analysis, Axis, Run, channels, derived, recorded, wrong
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from .base import Progress
 
 
-SMALL = 64e6  # bytes that are never too many
 SAME = 1e-12  # of their size: charges that differ by less are the same
 DEGREE = 8  # of the polynomials within steps: no method's dense output has a higher one
 
@@ -136,6 +134,10 @@ class Tran(Analysis):
     def times(self) -> tuple[float, ...]:
         return self.tstep, self.tstop
 
+    def rows(self) -> tuple[float, int, str]:
+        hint = f"a larger step, .tran {self.tstop / 1e4:.1g} {self.tstop:g}: steps between rows are as short as they need be"
+        return (self.tstop - self.tstart) / self.tstep, 0, hint
+
     def columns(self, ctx: Context) -> list[Output]:
         method = str(ctx.options.get("method"))
         if ctx.delayed and method.startswith("gauss"):
@@ -191,7 +193,6 @@ class Tran(Analysis):
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
         """Every accepted point from tstart on; the first column is the time, the channels of a drawing come last. Energy
         accounts are kept where the assembly has them, over time where it is drawn."""
-        check_memory(assembly, self)
         inside = self.inside(assembly)
         paces = [] if inside else self.paces(assembly)  # measurements too go along with one run
         if paces:
@@ -297,45 +298,3 @@ def _counted(names: list[str]) -> list[tuple[str, int]]:
         found.append((name, seen.get(name, 0)))
         seen[name] = seen.get(name, 0) + 1
     return found
-
-
-def memory() -> float:
-    """Bytes that this process may have: the machine's memory, or the limit of the process or of its group."""
-
-    def machine() -> float:
-        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-
-    def process() -> float:
-        from resource import RLIM_INFINITY, RLIMIT_AS, getrlimit
-
-        limit = getrlimit(RLIMIT_AS)[0]
-        return float("inf") if limit == RLIM_INFINITY else float(limit)
-
-    def group() -> float:
-        with open("/sys/fs/cgroup/memory.max", encoding="ascii") as file:
-            return float(file.read())
-
-    found = [float("inf")]
-    for limit in (machine, process, group):
-        try:
-            found.append(limit())
-        except (AttributeError, ImportError, ValueError, OSError):  # not told here
-            continue
-    return min(found)
-
-
-def check_memory(assembly: Assembly, t: Tran) -> None:
-    """Raises OutsideError (E509) where the rows of the print grid alone are more than the memory."""
-    rows, columns = (t.tstop - t.tstart) / t.tstep, 1 + len(assembly.outputs[t])
-    if 8.0 * rows * columns < SMALL or 8.0 * rows * columns < (there := memory()):
-        return
-    from ..diagnostics import Diagnostic, OutsideError
-
-    said = (
-        f"{rows:.2g} rows of {columns} columns are {8e-9 * rows * columns:,.1f} GB, "
-        f"there are {1e-9 * there:,.1f} GB of memory"
-    )
-    hint = f"a larger step, .tran {t.tstop / 1e4:.1g} {t.tstop:g}: steps between rows are as short as they need be"
-    raise OutsideError(
-        [*assembly.flat.sink.diagnostics, Diagnostic("error", "E509", said, t.card.span, hint)]
-    )

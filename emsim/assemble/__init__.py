@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from typing import Any, ClassVar, Protocol
 
     from .._engine import System
-    from ..deck import FlatDeck
+    from ..elaborate.flat import FlatDeck
     from .accounts import Accounts
     from .drawing import Drawing
     from .flows import Flows

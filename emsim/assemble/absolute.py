@@ -159,9 +159,7 @@ class Absolute(Machine):
         # first, so that a redundant row is one of a joint
         if not self.planar:
             for name, cs in self.roots.items():
-                square = self.b.const(-1.0)
-                for c in cs[3:]:
-                    square = square + c.q * c.q
+                square = sum((c.q * c.q for c in cs[3:]), self.b.const(-1.0))
                 self.rows.append(Row(name, 0, "norm", square, ""))
         super()._close(drives, gears)
 
@@ -176,7 +174,7 @@ class Absolute(Machine):
         found, plan = self.like.found, self.like.plan
         if not plan.is_deep:
             return not plan.cut and not self.like.rows and not found.redundant
-        if found.singular or any(self.is_unmeasured(row.owner) for row in self.rows):
+        if found.singular or any(row.measured for row in self.rows):
             return False
         return len(self.motions) - len(self.rows) == found.dof
 

@@ -182,7 +182,7 @@ def _drives(m: Mechanism, book: Accounts) -> None:
             continue
         book.energy(c.drive.name, "DRIVE", SUPPLIED, p * u)
         book.power(c.drive.name, "DRIVE", SUPPLIED, -(p * rate) - force * u)
-    for row in m.rows:
+    for row in (row for row in m.rows if not row.of_speeds):
         # a constraint that moves by itself works: lambda dh/dt, driven coordinates (symbols here) held
         moved = m.b.tangent([row.h], [(m.b.time(), 1.0)])[0]
         book.power(row.owner, "DRIVE", SUPPLIED, m.public(-(m.b.x(row.row) * moved)))

@@ -13,7 +13,7 @@ FORCES = {"fx": ("shift", 0), "fy": ("shift", 1), "fz": ("shift", 2)}
 MOMENTS = {"mx": ("turn", 0), "my": ("turn", 1), "mz": ("turn", 2)}
 REACTIONS = {**FORCES, **MOMENTS}
 LOAD = "load"  # with how much force the parts of a joint press on each other
-EFFORTS = ("force", "torque", "power", "p")
+EFFORTS = ("force", "torque", "power", "p", "friction")
 
 
 def wanted(flat: Any) -> set[tuple[str, str]]:
@@ -23,11 +23,10 @@ def wanted(flat: Any) -> set[tuple[str, str]]:
         if card.kind == "FRICTION" and "mu" in card.params:  # it rubs by the load of its joint
             found |= {(LOAD, ref.name) for ref in card.args[:1]}
     for call in _calls(_expressions(flat)):
-        if (
-            (call.fn in REACTIONS or call.fn in EFFORTS)
-            and len(call.args) == 1
-            and isinstance(call.args[0], Name)
-        ):
+        most = (
+            1 if call.fn in REACTIONS else 2 if call.fn in EFFORTS else 0
+        )  # torque(ratio,2): of its second joint
+        if 1 <= len(call.args) <= most and isinstance(call.args[0], Name):
             found.add((call.fn, call.args[0].id))
     return found
 

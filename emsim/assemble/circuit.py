@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..cards import CARDS
-from ..diagnostics import suggest
+from ..diagnostics import did_you_mean
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 from . import terminals
 
@@ -84,12 +84,11 @@ def _loose_shafts(ctx: Context) -> None:
     at = [name for e in ctx.elements.values() for name in e.wired()]
     for e, name in loose:
         if ctx.node(name) >= 0 and at.count(name) == 1:
-            near = suggest(name, joints)
             ctx.remark(
                 "W289",
                 f"`{e.name}`: no joint is called `{name}`, and nothing else is at a node of that name",
                 e.span,
-                f"did you mean `{near}`?" if near else f"there are: {', '.join(joints[:8])}",
+                did_you_mean(name, joints, f"there are: {', '.join(joints[:8])}"),
             )
 
 

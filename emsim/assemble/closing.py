@@ -166,14 +166,16 @@ def _off(m: Mechanism, x: list[float], q: list[float], wanted: list[tuple[Expr, 
     return sum((remainder(v, 2.0 * pi) if angle else v) ** 2 for v, (_, angle) in left)
 
 
-def measure_rods(m: Mechanism, x: list[float], rods: list[Row]) -> None:
-    """The lengths of rods that were given none, from where their ends are."""
-    for row in rods:
-        joint = m.joints[row.owner]
-        joint.kind.length = m.b.eval([m.public(row.h)], x, 0.0)[0]
-        row.h = row.h - joint.kind.length
-        if joint.kind.length == 0.0:
-            no_length(m, row.owner)
+def measure(m: Mechanism, x: list[float], rows: list[Row]) -> None:
+    """What rows come to where the machine starts is what they hold: the lengths of rods that were given none."""
+    for row in rows:
+        value = m.b.eval([m.public(row.h)], x, 0.0)[0]
+        row.h = row.h - value
+        joint = m.joints.get(row.owner)
+        if joint is not None:
+            joint.kind.length = value
+            if value == 0.0:
+                no_length(m, row.owner)
 
 
 def no_length(m: Mechanism, rod: str) -> None:
@@ -210,7 +212,7 @@ def loops_of(m: Mechanism, rows: list[Row]) -> str:
 def cannot_close(m: Mechanism, rows: list[Row], residual: list[float]) -> None:
     worst = max(range(len(rows)), key=lambda k: abs(residual[k]))
     row = rows[worst]
-    unit = "m" if row.unit == "N" else "rad"
+    unit = ("m" if row.unit == "N" else "rad") + ("/s" if row.of_speeds else "")
     m.sink.error(
         "E242",
         f"the loop of joints {loops_of(m, [row])} cannot close: "

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from typing import Any, TypeVar
 
     from .._engine import Builder, Expr
-    from ..deck import FlatDeck
     from ..diagnostics import Span
+    from ..elaborate.flat import FlatDeck
     from ..elements import Element
     from ..expr import Node
     from .behaviour import Compiler

@@ -4,7 +4,7 @@
     coordinate row   Q = q                  F = -N (u - N^T (dh/dq)^T mu),  N = 1 unless the kind of joint says otherwise
     momentum row     Q = p = dL/du          F = -dL/dq - sum effort d(flow)/du - d(sum lambda dh/dt)/du
     (with N not 1:   dL/dq becomes N^T dL/dq, and F has the kind's gyration(u, p))
-    lambda row       Q = 0                  F = dh/dt
+    lambda row       Q = 0                  F = dh/dt, or a u - b of a row of speeds, which has no mu
     mu row           Q = 0                  F = h
 Laws with modes add their powers and rows as loops do (laws.py).
 (GGL, the stabilised index-2 form of Gear, Gupta and Leimkuhler.) Virtual and prescribed motions get the
@@ -22,6 +22,18 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..cards.base import Scalar
     from .mechanism import Mechanism
+
+
+def multipliers(m: Mechanism) -> None:
+    """Unknowns of all rows; those of speeds come last, so that a mu behind a lambda is of the same row."""
+    for of_speeds in (False, True):
+        for row in m.rows:
+            if row.of_speeds is of_speeds:
+                label = f"{row.owner},{row.place + 1}"
+                row.row = m.b.unknown(f"lambda({label})", "lambda", row.unit, 0.0)
+                row.mu_row = -1 if of_speeds else m.b.unknown(f"mu({label})", "mu", "", 0.0)
+        for row in () if of_speeds else m.norms:
+            row.mu_row = m.b.unknown(f"mu({row.owner},norm)", "mu", "", 0.0)
 
 
 def kinetic(m: Mechanism) -> Expr:
@@ -84,12 +96,13 @@ def contribute(m: Mechanism) -> None:
 
     # loops
     drift: list[Expr] = [b.const(0.0)] * len(us)
-    drifts = m.rates([row.h for row in m.rows])
+    drifts = m.row_rates(m.rows)
     if m.rows or m.laws:
         rates, positions = laws.powers(m)
         for row, rate in zip(m.rows, drifts, strict=True):
             rates = rates + b.x(row.row) * rate
-            positions = positions + b.x(row.mu_row) * row.h
+            if not row.of_speeds:
+                positions = positions + b.x(row.mu_row) * row.h
         force = [f + g for f, g in zip(force, b.grad(rates, us), strict=True)]
         drift = _on_speeds(m, b.grad(positions, qs))
 
@@ -152,7 +165,8 @@ def _add_rows(
             b.add_f(c.row, -m.public(c.u))
     for k, row in enumerate(m.rows):
         b.add_f(row.row, rates_and_gaps[k])
-        b.add_f(row.mu_row, rates_and_gaps[count + k])
+        if not row.of_speeds:
+            b.add_f(row.mu_row, rates_and_gaps[count + k])
 
 
 def _on_speeds(m: Mechanism, by_place: list[Expr]) -> list[Expr]:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from ..cards.base import Powers, Scene
     from ..cards.kinematics import Frame
-    from ..deck import FlatDeck
+    from ..elaborate.flat import FlatDeck
     from .mechanism import Mechanism
     from .scene import Coordinate
 

@@ -57,7 +57,7 @@ def report(m: Mechanism) -> dict[str, Any]:
         + len(m.norms)
         + len(m.turned)
         + sum(c.row >= 0 for c in m.given)
-        + 2 * len(m.rows)
+        + sum(1 if row.of_speeds else 2 for row in m.rows)
         + len(m.derivatives),
         "degrees_of_freedom": m.found.dof,
         "loops": [m.loop_of(name) for name in m.plan.cut],

@@ -95,10 +95,7 @@ def _two(m: Mechanism, law: Law) -> tuple[Expr, Expr, Expr, Expr]:
 
 def _size(b: Builder, *parts: Expr) -> Expr:
     """Their length, with a slope at 0."""
-    total = b.const(NOTHING)
-    for part in parts:
-        total = total + part * part
-    return b.call("sqrt", total)
+    return b.call("sqrt", sum((part * part for part in parts), b.const(NOTHING)))
 
 
 def _bounded_by(law: Law) -> tuple[int, float, float] | None:

@@ -1,8 +1,11 @@
-"""Closed loops: what a cut joint, a rod, a gear or a drive that finds no coordinate demands of the others.
+"""Closed loops: what a cut joint, a rod, a gear or a drive that finds no coordinate demands of the others; and rows of speeds.
 
 h(q, t) = 0 for every direction in which the joint cannot move, B relative to A. Rows that fold to the
 constant 0 are dropped: in a planar scene these are the out-of-plane ones. The multiplier of a row is the
 force in the direction of growing h, so it acts on B from A.
+
+A row of speeds is a(q) u - b(t) = 0, what rolls or cuts: no position is behind it, so it has no mu. Its power is
+lambda (a u - b).
 """
 
 from __future__ import annotations
@@ -18,9 +21,10 @@ CLOSED = 1e-12  # a constant closure row below this is zero
 
 
 class Row:
-    """One constraint: h as it stands before symbols are replaced; `row` and `mu_row` are its unknowns."""
+    """One constraint: h as it stands before symbols are replaced, a u - b where it is one of speeds; `row` and `mu_row` are its
+    unknowns. What is `measured` holds h at what it is where the machine starts."""
 
-    __slots__ = ("h", "label", "mu_row", "owner", "place", "row", "unit")
+    __slots__ = ("h", "label", "measured", "mu_row", "of_speeds", "owner", "place", "row", "unit")
 
     def __init__(self, owner: str, place: int, label: str, h: Expr, unit: str) -> None:
         self.owner = owner  # name of the joint, gear or drive
@@ -28,6 +32,7 @@ class Row:
         self.label = label
         self.h = h
         self.unit = unit  # of the multiplier: N or N m
+        self.of_speeds = self.measured = False
         self.row = self.mu_row = -1
 
 

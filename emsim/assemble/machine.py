@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .._engine import Expr
-    from ..cards.base import JointView
+    from ..cards.base import Card, JointView
     from ..cards.body import Body
     from ..cards.drive import Drive
     from ..cards.gear import Gear
@@ -98,12 +98,7 @@ class Machine(Mechanism):
         self.broken = self._errors() > errors
         if self.broken:
             return
-        for row in self.rows:
-            label = f"{row.owner},{row.place + 1}"
-            row.row = self.b.unknown(f"lambda({label})", "lambda", row.unit, 0.0)
-            row.mu_row = self.b.unknown(f"mu({label})", "mu", "", 0.0)
-        for row in self.norms:
-            row.mu_row = self.b.unknown(f"mu({row.owner},norm)", "mu", "", 0.0)
+        equations.multipliers(self)
         self._undetermined_reactions()
         for card in self.active:
             laws.allocate(self, card)
@@ -265,6 +260,7 @@ class Machine(Mechanism):
             for k in stay:
                 label, h, unit = rows[k]
                 self.rows.append(Row(name, k, label, self.b.const(0.0) + h, unit))
+                self.rows[-1].measured = joint.kind.unmeasured
         rates = iter(self.rates([q for joint in differentiated for q in joint.qs]))
         for joint in differentiated:
             joint.us = [next(rates) for _ in joint.qs]
@@ -320,13 +316,21 @@ class Machine(Mechanism):
             self.active.append(card)
         for card in self.active[count:]:
             card.prepare(self)
-            for k, (label, h, unit) in enumerate(card.constraints(self)):
-                self.rows.append(Row(card.name, k, label, self.b.const(0.0) + h, unit))
+            self._own_rows(card)
             gain = getattr(card, "imbalance", None)
             power = gain(self) if gain is not None else None
             if power is not None:
                 self.imbalances.append((card.name, self.public(power)))
         self.active += [*shafts.couple(self), *hands.couple(self)]
+
+    def _own_rows(self, card: Card) -> None:
+        """What a card demands of coordinates, then of speeds."""
+        rows = [(*row, False) for row in card.constraints(self)] + [
+            (*row, True) for row in card.velocities(self)
+        ]
+        for k, (label, h, unit, of_speeds) in enumerate(rows):
+            self.rows.append(row := Row(card.name, k, label, self.b.const(0.0) + h, unit))
+            row.of_speeds, row.measured = of_speeds, card.from_start and not of_speeds
 
     def _check_inertia(self, body: Body) -> None:
         """One number for j= says nothing about turns that leave the plane."""
@@ -405,7 +409,7 @@ class Machine(Mechanism):
 
     @property
     def loop_rows(self) -> list[Row]:
-        return [*self.rows, *self.found.redundant]
+        return [row for row in (*self.rows, *self.found.redundant) if not row.of_speeds]
 
     def widest(self, gaps: list[float]) -> dict[str, float]:
         """The largest of what `closures` came to, by unit: m, rad."""
@@ -421,10 +425,19 @@ class Machine(Mechanism):
             h = self.public(row.h)
             if h.value is not None:
                 continue
-            limit = OPENS * (closing.size(self, self.found.x) if row.unit == "N" else 1.0)
             name = f"{row.owner} opens {row.place + 1}"
-            self.b.flag(h * h - limit * limit, None, name, -1)
+            self.b.flag(h * h - self._opens(row), None, name, -1)
             self.openings[name] = row
+
+    def _opens(self, row: Row) -> Expr:
+        """The square of what shows that a row was not redundant; of speeds beside the terms that cancel in it."""
+        if not row.of_speeds:
+            limit = OPENS * (closing.size(self, self.found.x) if row.unit == "N" else 1.0)
+            return self.b.const(limit * limit)
+        total = self.b.const(0.0)
+        for slope, c in zip(self.row_slopes(row), self.motions, strict=True):
+            total = total + (OPENS * slope * c.u) * (OPENS * slope * c.u)
+        return self.public(total)
 
     def _locked_note(self) -> None:
         """Joints and gears that leave no motion at all."""
@@ -487,8 +500,8 @@ class Machine(Mechanism):
 
     # the scene that cards see (cards/base.py: Scene) --------------------------------------------------
 
-    def reaction(self, name: str) -> Expr:
-        return reactions.of_coupling(self, name)
+    def reaction(self, name: str, place: int = 0) -> Expr:
+        return reactions.of_coupling(self, name, place)
 
     def load(self, joint: JointView) -> Expr | None:
         return reactions.load(self, joint.name)

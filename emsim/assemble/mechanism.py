@@ -101,11 +101,6 @@ class Mechanism(Binding):
         """Do all joints hold at the start, each by rows that say something new?"""
         return False
 
-    def is_unmeasured(self, owner: str) -> bool:
-        """Is this a rod whose length follows from the start? Its row lacks that length until it is known."""
-        joint = self.joints.get(owner)
-        return joint is not None and joint.kind.unmeasured
-
     # expressions -------------------------------------------------------------------------------------
 
     def public(self, e: Scalar) -> Expr:
@@ -149,15 +144,22 @@ class Mechanism(Binding):
         result: dict[int, Expr] = {}
         for group in self.groups:
             for speed, column in zip(group.speeds, group.columns(), strict=True):
-                total = self.b.const(0.0)
-                for c, n in zip(group.places, column, strict=True):
-                    total = total + n * at[id(c)]
-                result[id(speed)] = total
+                parts = (n * at[id(c)] for c, n in zip(group.places, column, strict=True))
+                result[id(speed)] = sum(parts, self.b.const(0.0))
         return [result[id(c)] if id(c) in result else at[id(c)] for c in self.motions]
 
     def along_speeds(self, e: Expr) -> list[Expr]:
         """de/du of de/dt: how `e` changes with each own speed, before symbols are replaced."""
         return self.on_speeds(self.b.grad(e, [c.q for c in self.places]))
+
+    def row_rates(self, rows: list[Row]) -> list[Expr]:
+        """What must be 0 of the speeds: dh/dt, or h of a row of speeds."""
+        rates = iter(self.rates([row.h for row in rows if not row.of_speeds]))
+        return [row.h if row.of_speeds else next(rates) for row in rows]
+
+    def row_slopes(self, row: Row) -> list[Expr]:
+        """How that changes with each own speed, before symbols are replaced."""
+        return self.b.grad(row.h, [c.u for c in self.motions]) if row.of_speeds else self.along_speeds(row.h)
 
     # the scene that cards see (cards/base.py: Scene) --------------------------------------------------
 
@@ -267,7 +269,7 @@ class Mechanism(Binding):
         under = self.b.flag(lo - e, None, f"{name} low", -1)
         return self.b.select(over, hi, self.b.select(under, lo, e))
 
-    def reaction(self, name: str) -> Expr:
+    def reaction(self, name: str, place: int = 0) -> Expr:
         raise NotImplementedError
 
     def load(self, joint: JointView) -> Expr | None:

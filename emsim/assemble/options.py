@@ -6,15 +6,15 @@
 from __future__ import annotations
 
 from .._engine import methods
-from ..diagnostics import suggest
+from ..diagnostics import did_you_mean, suggest
 from ..units import ABSOLUTE_ZERO
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from ..deck import FlatDeck
     from ..diagnostics import Sink, Span
+    from ..elaborate.flat import FlatDeck
 
 # the integrators are told by the engine: of each its names, the first its own, and what help says
 REGISTRY = methods()
@@ -173,10 +173,9 @@ def _seed(value: object, sink: Sink, span: Span | None) -> None:
 def _method(word: str, sink: Sink, span: Span | None) -> str | None:
     name = SPELLINGS.get(word.lower())
     if name is None:
-        near = suggest(word, SPELLINGS)
         sink.error(
             "E294", f"there is no method `{word}`", span,
-            hint=f"did you mean `{near}`?" if near else f"there are {', '.join(METHODS + SPECIAL)}",
+            hint=did_you_mean(word, SPELLINGS, f"there are {', '.join(METHODS + SPECIAL)}"),
         )  # fmt: skip
     return name
 
@@ -184,10 +183,9 @@ def _method(word: str, sink: Sink, span: Span | None) -> str | None:
 def _formulation(word: str, sink: Sink, span: Span | None) -> str:
     known = ("auto", *FORMULATIONS)
     if word.lower() not in known:
-        near = suggest(word.lower(), known)
         sink.error(
             "E294", f"there is no formulation `{word}`", span,
-            hint=f"did you mean `{near}`?" if near else f"there are {', '.join(known)}",
+            hint=did_you_mean(word.lower(), known, f"there are {', '.join(known)}"),
         )  # fmt: skip
         return known[0]
     return word.lower()

@@ -331,10 +331,7 @@ def _coupling(m: Mechanism, fn: str, name: str, span: Span | None, part: str = "
 
 def _power(m: Mechanism, card: object) -> Expr:
     """What a card brings into the machine [W]."""
-    result = m.b.const(0.0)
-    for effort, flow in card.powers(m):  # type: ignore[attr-defined]
-        result = result + effort * flow
-    return result
+    return sum((effort * flow for effort, flow in card.powers(m)), m.b.const(0.0))  # type: ignore[attr-defined]
 
 
 def _kinetic(m: Mechanism, name: str, span: Span | None) -> Expr | None:

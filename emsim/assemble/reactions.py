@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 OUT_OF_PLANE = ("fz", "mx", "my")
-EFFORT = "effort"  # of a coupling, be it a force or a moment
+EFFORT = "effort"  # of a coupling, be it a force or a moment; "effort,1": of its second row
 LOADED = ("pin", "slide")  # kinds whose parts press on each other in one place
 NOTHING = 1e-18  # [N^2] keeps the slope of a force that is 0
 
@@ -104,7 +104,7 @@ def bare(m: Mechanism, fn: str, name: str) -> Expr:
     """A reaction or an effort, with nothing at rows that were left out."""
     joint = m.joints.get(name)
     if joint is None or fn not in REACTIONS:
-        return _of_coupling(m, name)
+        return _of_coupling(m, name, int(fn.partition(",")[2]))
     key, unit = REACTIONS[fn], "N" if fn in FORCES else "N m"
     if joint.cut:
         return _from_multipliers(m, joint, *key)
@@ -210,15 +210,14 @@ def own_slopes(m: Mechanism, joint: JointState, key: tuple[str, int]) -> list[Ex
     return [m.b.substitute(m.b.grad(m.b.const(0.0) + h, [virtual.s]), here)[0] for _, h, _ in rows]
 
 
-def of_coupling(m: Mechanism, name: str) -> Expr:
-    """What a GEAR applies on its first joint, or a DRIVE on its joint."""
-    share = m.sharing.share(EFFORT, name) if m.sharing is not None else None
-    return _of_coupling(m, name) if share is None else _of_coupling(m, name) + share
+def of_coupling(m: Mechanism, name: str, place: int = 0) -> Expr:
+    """What a GEAR applies on its first joint, or a DRIVE on its joint; what a row of a card does."""
+    return _shared(m, f"{EFFORT},{place}", name)
 
 
-def _of_coupling(m: Mechanism, name: str) -> Expr:
+def _of_coupling(m: Mechanism, name: str, place: int) -> Expr:
     for row in m.rows:
-        if row.owner == name:
+        if row.owner == name and row.place == place:
             return m.b.x(row.row)
     what = keeper(m, name)
     if what is None:

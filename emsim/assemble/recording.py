@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .._engine import Expr
-    from ..deck import FlatDeck
+    from ..elaborate.flat import FlatDeck
 
 
 class Share:

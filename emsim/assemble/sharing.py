@@ -119,14 +119,14 @@ class Sharing:
             for fn in reactions.words(m)
             if key[:1] != FREE and (joint.cut or REACTIONS[fn] in joint.virtuals)
         ]
-        names = [row.owner for row in self.rows if row.owner in m.couplings]
-        names += [name for name in m.couplings if reactions.keeper(m, name) is not None]
-        return found + [(EFFORT, name) for name in dict.fromkeys(names)]
+        places = [(row.place, row.owner) for row in self.rows if row.owner in m.couplings]
+        places += [(0, name) for name in m.couplings if reactions.keeper(m, name) is not None]
+        return found + [(f"{EFFORT},{place}", name) for place, name in dict.fromkeys(places)]
 
     def _turns(self, key: Key) -> bool:
         """Is it a moment?"""
         fn, name = key
-        if fn != EFFORT:
+        if fn.partition(",")[0] != EFFORT:
             return fn in MOMENTS
         unit = next((row.unit for row in self.rows if row.owner == name), "")
         first = self.m.joints.get(self.m.couplings[name].terminals[0][2].name)
@@ -139,7 +139,8 @@ class Sharing:
         if fn in REACTIONS and joint is not None:
             found = self._at_cut(joint, fn) if joint.cut else self._in_tree(joint, fn)
         elif any(row.owner == name for row in self.rows):
-            found = [m.b.const(float(row.owner == name and row.place == 0)) for row in self.rows]
+            place = int(fn.partition(",")[2])
+            found = [m.b.const(float(row.owner == name and row.place == place)) for row in self.rows]
         elif (what := reactions.keeper(m, name)) is not None:
             motion, factor = what
             found = [-factor * slopes[self._at[id(motion)]] for slopes in self._slopes]
@@ -192,8 +193,12 @@ class Sharing:
             return False
         symbols = [v.s for v in m.virtuals] + [c.q for c in m.given]
         self._at = {id(one): k for k, one in enumerate([*m.virtuals, *m.given])}
-        self._slopes = [m.public_all(m.b.grad(row.h, symbols)) if symbols else [] for row in self.rows]
-        self._gradient = [m.public_all(m.along_speeds(row.h)) for row in self.rows]
+        rates = [v.rate for v in m.virtuals] + [c.u for c in m.given]
+        self._slopes = [
+            m.public_all(m.b.grad(row.h, rates if row.of_speeds else symbols)) if symbols else []
+            for row in self.rows
+        ]
+        self._gradient = [m.public_all(m.row_slopes(row)) for row in self.rows]
         self.length = scale(m).length or 1.0
         self.effects = {key: effects for key in self._keys() if (effects := self._effects(*key)) is not None}
         keys = list(self.effects)
@@ -239,7 +244,9 @@ class Sharing:
     def is_open(self, key: Key) -> bool:
         """Is this reaction, as the deck writes it, one of many answers?"""
         fn, name = key
-        return any((EFFORT if fn in EFFORTS else fn, name) in group for group in self.groups)
+        if fn in EFFORTS:
+            return any(n == name and f.startswith(EFFORT) for group in self.groups for f, n in group)
+        return any(key in group for group in self.groups)
 
     # the least answer ---------------------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ from .closing import (
     close_loops,
     held_at_cuts,
     loops_of,
-    measure_rods,
+    measure,
     of_places,
     size,
     weights_of,
@@ -44,10 +44,10 @@ def assemble(m: Mechanism) -> Start:
     result = Start()
     own = m.own
     x = result.x = m.initial_state()
-    rods = [row for row in m.rows if m.is_unmeasured(row.owner)]
-    known = [row for row in m.rows if row not in rods]
+    measured = [row for row in m.rows if row.measured]
+    known = [row for row in m.rows if not (row.measured or row.of_speeds)]
     if not own:
-        measure_rods(m, x, rods)
+        measure(m, x, measured)
         _write(m, x)
         for row in m.rows:
             if abs(m.b.eval([m.public(row.h)], x, 0.0)[0]) > CLOSE:
@@ -64,7 +64,7 @@ def assemble(m: Mechanism) -> Start:
         held = [(m.public(q), u) for q, u in held_at_cuts(m)]
         if not close_loops(m, x, known, [q for q, _ in held], mass):
             return result
-        measure_rods(m, x, rods)
+        measure(m, x, measured)
         for (name, k), follows in m.turned.items():
             x[follows] = m.b.eval([m.public(m.joints[name].qs[k])], x, 0.0)[0]
         if x != before:
@@ -74,7 +74,7 @@ def assemble(m: Mechanism) -> Start:
             for c in m.places
             if abs(x[c.row] - before[c.row]) > MOVED * (1.0 + abs(before[c.row]))
         ]
-        gradient = [m.public_all(m.along_speeds(row.h)) for row in m.rows]
+        gradient = [m.public_all(m.row_slopes(row)) for row in m.rows]
         keep, result.singular = _independent(m, x, gradient, mass)
         result.redundant = [row for k, row in enumerate(m.rows) if k not in keep]
         m.rows[:] = [m.rows[k] for k in keep]
@@ -157,7 +157,7 @@ def _others(
     """Other poses, and their times: steps away and back onto the constraints, and where drives lead."""
     weights = [m.b.const(v) for row in weights_of(of_places(m, mass, x)) for v in row]
     places = [c.row for c in m.places]
-    hs = [m.public(row.h) for row in (*rows, *m.norms)]
+    hs = [m.public(row.h) for row in (*rows, *m.norms) if not row.of_speeds]
     driven = [c for c in m.given if c.row >= 0]
     for k, part in enumerate(LATER if m.drives else LATER[:1]):
         away = list(x)
@@ -187,7 +187,7 @@ def _leave(m: Mechanism, x: list[float], jacobian: list[list[float]], mass: list
     seed: list[tuple[Expr, Expr | float]] = [(c.q, m.public(c.rate)) for c in m.places]
     seed += [(m.b.x(c.row), m.public(c.u)) for c in m.given if c.row >= 0]
     seed.append((m.b.time(), 1.0))
-    rates = [m.public(m.rate(row.h)) for row in m.rows]
+    rates = m.public_all(m.row_rates(m.rows))
     bent = m.b.tangent(rates, seed)
     asked = [rates[k] for k in independent]
     for k in range(len(m.rows)):
@@ -262,7 +262,7 @@ def _speeds(
     still = list(x)
     for c in own:
         still[c.speed_row] = 0.0
-    drift = m.b.eval([m.public(m.rate(row.h)) for row in m.rows], still, 0.0)
+    drift = m.b.eval(m.public_all(m.row_rates(m.rows)), still, 0.0)
     wanted = [(q, u) for q, u in cuts if u is not None]
     if wanted:
         jacobian = jacobian + matrix(m, [m.along_speeds(q) for q, _ in wanted], x)

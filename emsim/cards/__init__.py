@@ -26,12 +26,15 @@ INDEX = {
     "FREEWHEEL": "freewheel Freewheel",
     "STOP": "stop Stop",
     "GEAR": "gear Gear",
+    "RATIO": "ratio Ratio",
     "BELT": "belt Belt",
     "CAM": "cam Cam",
     "FORCE": "force Force",
     "TORQUE": "torque Torque",
     "DRIVE": "drive Drive",
     "CONTACT": "contact Contact",
+    "ROLL": "roll Roll",
+    "KNIFE": "knife Knife",
     "TRANSDUCER": "transducer Transducer",
 }
 CARDS: Mapping[str, type[Card]] = Registry(__name__, INDEX)

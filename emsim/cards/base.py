@@ -22,7 +22,9 @@ The duties of a card, all optional but the first. `s` is the scene (see `Scene` 
 12. `analogue(net)`   its electrical counterpart in a one-dimensional machine (see `Net`).
 13. `glyph(draw)`     its shapes in body frames, and the channels that change them (see `Pen`).
 14. `laws(s)`         laws with modes (laws.py): friction, rigid stops; asked once, before anything is read.
-15. `constraints(s)`  rows [(label, h, unit of its multiplier)], h = 0 of the coordinates; asked once, after prepare.
+15. `constraints(s)`  rows [(label, h, unit of its multiplier)], h = 0 of the coordinates; asked once, after prepare. With
+                      `from_start` h stays what it is where the machine starts.
+16. `velocities(s)`   rows [(label, w, unit of its multiplier)], w = 0, linear in the speeds.
 No card writes a mass matrix or a force direction.
 """
 
@@ -30,7 +32,7 @@ from __future__ import annotations
 
 from math import pi
 
-from ..diagnostics import Diagnostic, Fix, Span, instead, suggest
+from ..diagnostics import Diagnostic, Fix, Span, did_you_mean, instead, suggest
 from ..opened import OpenNumber
 from ..units import UNITS
 
@@ -111,7 +113,9 @@ if TYPE_CHECKING:
         def rate(self, e: Scalar) -> Expr: ...  # of an expression of coordinates: de/dt along the motion
         def body_of(self, card: Card, terminal: str) -> BodyView: ...  # of a point terminal
         def clamp(self, e: Scalar, lo: float, hi: float, name: str, warn: str) -> Expr: ...
-        def reaction(self, name: str) -> Expr: ...  # effort of a GEAR or DRIVE on its joint
+        def reaction(
+            self, name: str, place: int = 0
+        ) -> Expr: ...  # effort of a GEAR or DRIVE on its joint, of a card's row
         def load(
             self, joint: JointView
         ) -> Expr | None: ...  # with which its parts press on each other [N], 0 or more
@@ -275,6 +279,8 @@ class Card:
 
     spec: Spec
     valued = False  # its second and later words can be a value: FORCE push tip 3
+    beyond = ""  # what takes more words than it does
+    from_start = False  # its constraints hold what they are at the start
     grouped = False  # names stand in parentheses behind its own: the nodes of several windings
 
     @classmethod
@@ -351,6 +357,9 @@ class Card:
     def constraints(self, s: Scene) -> list[tuple[str, Scalar, str]]:
         return []
 
+    def velocities(self, s: Scene) -> list[tuple[str, Scalar, str]]:
+        return []
+
     def node_currents(self, s: Scene) -> Sequence[Scalar] | None:
         """Into its nodes, in their order [A]; None: i(name) into the first one, and out of the second."""
         return None
@@ -408,7 +417,7 @@ def bind(card: Card, raw: MachineCard, sink: Sink) -> bool:
             units[0].span if units else raw.span,
             hint=f"a unit stands right behind its number, as in 90{units[0].name}"
             if units
-            else f"the form is: {spec.form}",
+            else f"the form is: {spec.form}" + card.beyond * (len(raw.args) > max(map(len, possible))),
         )
     else:
         card.terminals = [(name, kind, ref) for (name, kind), ref in zip(forms[0], raw.args, strict=True)]
@@ -509,12 +518,11 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
             sink.error("E232", f"{what} is yes or no", where)
             return param.default
         if word is None or (param.words and word not in param.words):
-            close = suggest(word or "", param.words)
             sink.error(
                 "E232",
                 f"{what} is one of: {', '.join(param.words)}" if param.words else f"{what} is a name",
                 where,
-                f"did you mean {close}?" if close else None,
+                did_you_mean(word or "", param.words, form="{}"),
             )
             return param.default
         return word

@@ -83,21 +83,14 @@ class Force(Card):
         pairs = zip(self._vector(s), self.p.vel, strict=True)
         return [(f, v) for f, v in pairs if not isinstance(f, float)]
 
-    def supplied(self, s: Scene) -> Scalar | None:
-        power = s.b.const(0.0)
-        for effort, flow in self.powers(s):
-            power = power + effort * flow
-        return power
+    def supplied(self, s: Scene) -> Scalar:
+        return sum((effort * flow for effort, flow in self.powers(s)), s.b.const(0.0))
 
     def probes(self, s: Scene) -> Probes:
-        power = s.b.const(0.0)
-        for f, v in self.powers(s):
-            power = power + f * v
+        power = self.supplied(s)
         if self.dir is not None:
             return {"force": s.compile(self.value, self.place("value")), "power": power}
-        squares = s.b.const(0.0)
-        for f in self._vector(s):
-            squares = squares + f * f
+        squares = sum((f * f for f in self._vector(s)), s.b.const(0.0))
         return {"force": s.b.call("sqrt", squares), "power": power}
 
     def glyph(self, draw: Pen) -> None:

@@ -49,6 +49,7 @@ class Gear(Touching, Card):
         backlash=Default(None, "rad or m", "play, measured at j1 from flank to flank", least=0.0),
         **touch.LAW,
     )
+    beyond = "\nRATIO ties three joints and more: coef=(1,1,-2) of a differential"
     ratio: float | None
     lead: float | None
     eta: float | None

@@ -162,10 +162,7 @@ class Joint(Card):
     def losses(self, s: Scene) -> Scalar | None:
         if self.damp == 0.0:
             return None
-        total = s.b.const(0.0)
-        for u in s.speeds(self.name):
-            total = total + self.damp * u * u
-        return total
+        return sum((self.damp * u * u for u in s.speeds(self.name)), s.b.const(0.0))
 
     def glyph(self, draw: Pen) -> None:
         draw.add("joint", self, **draw.joint(self.name))

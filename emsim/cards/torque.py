@@ -58,11 +58,8 @@ class Torque(Card):
     def powers(self, s: Scene) -> Powers:
         return [(self._effort(s), self._speed())]
 
-    def supplied(self, s: Scene) -> Scalar | None:
-        power = s.b.const(0.0)
-        for effort, flow in self.powers(s):
-            power = power + effort * flow
-        return power
+    def supplied(self, s: Scene) -> Scalar:
+        return sum((effort * flow for effort, flow in self.powers(s)), s.b.const(0.0))
 
     def probes(self, s: Scene) -> Probes:
         effort = self._effort(s)

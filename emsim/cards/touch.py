@@ -222,7 +222,4 @@ class Touching:
 
 
 def _sum(s: Scene, terms: list[Expr]) -> Expr:
-    result = s.b.const(0.0)
-    for term in terms:
-        result = result + term
-    return result
+    return sum(terms, s.b.const(0.0))

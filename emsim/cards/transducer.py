@@ -234,9 +234,8 @@ class Windings(Card):
 
     def probes(self, s: Scene) -> Probes:
         """i of every winding; the effort on every joint, torque(name,2) that on the second."""
-        power, turned = s.b.const(0.0), s.b.const(0.0)
-        for ends, i in zip(self.ends, self.i, strict=True):
-            power = power + s.v(*ends) * i
+        turned = s.b.const(0.0)
+        power = sum((s.v(*ends) * i for ends, i in zip(self.ends, self.i, strict=True)), turned)
         found: Probes = {f"i,{k + 1}": i for k, i in enumerate(self.i)}
         for k, (joint, effort) in enumerate(zip(self.joints, self.efforts, strict=True)):
             part = f",{k + 1}" if len(self.joints) > 1 else ""
@@ -245,10 +244,7 @@ class Windings(Card):
         return {**found, "p": power, "power": turned}
 
     def stored(self, s: Scene) -> Scalar | None:
-        total = -self.energy
-        for flux, i in zip(self.flux, self.i, strict=True):
-            total = total + flux * i
-        return total
+        return sum((flux * i for flux, i in zip(self.flux, self.i, strict=True)), -self.energy)
 
     def glyph(self, draw: Pen) -> None:
         for joint, effort in zip(self.joints, self.efforts, strict=True):

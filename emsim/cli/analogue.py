@@ -7,7 +7,7 @@ capacitor, a spring an inductor. The deck's circuit is in it. Exit code 1 where 
 from __future__ import annotations
 
 from .. import pipeline
-from ..outputs.beside import replacing
+from ..outputs.beside import write_text
 from ..reports import analogue
 from .arguments import DEFINE, HELP, QUIET, Option, defines, parse
 from .console import OK, check_targets, print_lines, show
@@ -30,8 +30,7 @@ def main(args: Sequence[str]) -> int:
     text = analogue.deck(assembly, planned)
     show(flat.sink.diagnostics, given.has("quiet"))
     if path is not None and path != "-":
-        with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
-            file.write(text)
+        write_text(path, text)
     else:
         print_lines(text.splitlines())
     return OK

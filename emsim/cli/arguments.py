@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from os.path import exists
 
-from ..diagnostics import suggest
+from ..diagnostics import did_you_mean, suggest
 from ..units import scale_of, spice_number, split_number
 
 TYPE_CHECKING = False
@@ -59,6 +59,19 @@ class Arguments:
         if value is None or not 0 < value < float("inf"):
             raise UsageError(f"--{key}: {text!r} is not a positive number")
         return value
+
+    def whole(self, key: str, default: int | None) -> int | None:
+        value = self.number(key)
+        if value is not None and value != int(value):
+            raise UsageError(f"--{key} takes a whole number, 1 or more")
+        return default if value is None else int(value)
+
+    def picture(self) -> str | None:
+        """The file of --plot."""
+        path = self.text("plot")
+        if path is not None and not path.endswith((".png", ".svg", ".pdf")):
+            raise UsageError(f"--plot {path}: a picture is .png, .svg or .pdf")
+        return path
 
     def deck(self, verb: str) -> str:
         """The one positional word."""
@@ -148,7 +161,9 @@ def number(text: str) -> float | None:
 DEFINE = Option("-D --define", "set a .param before the deck is read", "NAME=VALUE", repeat=True)
 HELP = Option("-h --help", "this text")
 JSON = Option("--json", "one JSON document on stdout instead of tables")
+METHOD = Option("--method", "integration method", "NAME")
 QUIET = Option("-q --quiet", "no notes, no progress; warnings and errors only")
+RELTOL = Option("--reltol", "relative tolerance", "X")
 
 
 def defines(arguments: Arguments) -> dict[str, str]:
@@ -160,3 +175,27 @@ def defines(arguments: Arguments) -> dict[str, str]:
             raise UsageError(f"-D {text}: write -D name=value")
         out[name.strip().lower()] = value.strip()
     return out
+
+
+def overrides(
+    given: Arguments, numbers: Sequence[str] = ("reltol", "tmax", "seed")
+) -> dict[str, float | str]:
+    """The options of the command line that stand above the deck's own."""
+    options: dict[str, float | str] = {}
+    if method := given.text("method"):
+        from ..assemble.options import METHODS, SPECIAL, SPELLINGS
+
+        if method.lower() not in SPELLINGS:
+            hint = did_you_mean(method, METHODS + SPECIAL, f"there are {', '.join(METHODS + SPECIAL)}", "{}")
+            raise UsageError(f"there is no method {method!r}, {hint}")
+        options["method"] = method.lower()
+    if dialect := given.text("dialect"):
+        from ..dialects import find, unknown
+
+        if find(dialect) is None:
+            raise UsageError(", ".join(unknown(dialect)))
+        options["dialect"] = dialect.lower()
+    for key in numbers:
+        if (value := given.number(key)) is not None:
+            options[key] = value
+    return options

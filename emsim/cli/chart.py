@@ -19,7 +19,7 @@ from os.path import abspath, basename, dirname, splitext
 
 from .. import pipeline
 from ..diagnostics import OutsideError
-from ..outputs.beside import replacing
+from ..outputs.beside import write_text
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, number, parse
 from .console import OK, check_targets, print_json, print_lines
 from .pictures import FORMATS
@@ -231,8 +231,7 @@ def deliver(charts: Sequence[Chart], given: Arguments) -> list[str]:
     if path == "-":
         print_lines(csv_lines(charts))
         return []
-    with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
-        file.write("\n".join(csv_lines(charts)) + "\n")
+    write_text(path, "\n".join(csv_lines(charts)) + "\n")
     return [path]
 
 
@@ -256,13 +255,12 @@ def known_methods() -> list[str]:
 
 def _methods(given: Arguments) -> list[str]:
     from ..assemble.options import METHODS, SPELLINGS
-    from ..diagnostics import suggest
+    from ..diagnostics import did_you_mean
 
     asked = _list(given.text("methods"))
     for method in asked:
         if method not in SPELLINGS and method not in METHODS:
-            near = suggest(method, SPELLINGS)
-            hint = f"did you mean {near}?" if near else f"there are {', '.join(METHODS)}"
+            hint = did_you_mean(method, SPELLINGS, f"there are {', '.join(METHODS)}", "{}")
             raise UsageError(f"--methods: there is no method {method!r}, {hint}")
     return list(dict.fromkeys(asked)) or list(METHODS)
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 import sys
 
 from .. import pipeline
-from .arguments import DEFINE, HELP, JSON, QUIET, Option, defines, parse
+from .arguments import DEFINE, HELP, JSON, QUIET, Option, defines, overrides, parse
 from .console import DECK, OK, print_json, print_lines, show
-from .run import METHOD_OPTIONS, overrides, source_of
+from .run import METHOD_OPTIONS, source_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -15,10 +15,10 @@ from os.path import splitext
 
 from .. import pipeline
 from ..diagnostics import DeckError, Diagnostic, Interrupted, OutsideError
-from .arguments import HELP, JSON, QUIET, Option, UsageError, parse
+from .arguments import HELP, JSON, QUIET, Option, UsageError, overrides, parse
 from .console import OK, TOLERANCE, check_targets, interrupted, print_json, print_lines, show
 from .pictures import FORMATS
-from .run import METHOD_OPTIONS, overrides, source_of
+from .run import METHOD_OPTIONS, source_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -213,6 +213,21 @@ class Progress:
             self._width = 0
 
 
+class Line:
+    """One line on a terminal's stderr, written over again and wiped at the end; nothing where there is no terminal."""
+
+    def __init__(self, quiet: bool) -> None:
+        self.on = not quiet and sys.stderr is not None and sys.stderr.isatty()
+
+    def write(self, text: str) -> None:
+        if self.on:
+            sys.stderr.write(f"\r\x1b[K{text}")
+            sys.stderr.flush()
+
+    def end(self) -> None:
+        self.write("")
+
+
 def engineering(value: float, digits: int = 3) -> str:
     """12.3m, 40u, 3.1k: three digits and a scale letter."""
     if value == 0 or value != value or abs(value) == float("inf"):

@@ -10,7 +10,7 @@ from os.path import splitext
 
 from .. import pipeline
 from ..diagnostics import deck_error
-from ..outputs.beside import replacing
+from ..outputs.beside import write_text
 from .arguments import DEFINE, HELP, QUIET, Option, UsageError, defines, parse
 from .console import OK, check_targets, print_lines, show
 from .run import source_of
@@ -61,8 +61,7 @@ def main(args: Sequence[str]) -> int:
 
     text = svg(picture.data, given.has("dark"), flat.title)
     if path is not None and path != "-":
-        with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
-            file.write(text)
+        write_text(path, text)
     else:
         print_lines(text.splitlines())
     return OK

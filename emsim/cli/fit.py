@@ -11,7 +11,7 @@ from __future__ import annotations
 from ..diagnostics import Diagnostic, OutsideError, deck_error
 from .arguments import Arguments, Option, UsageError, number, parse
 from .console import OK, check_targets, print_json, print_lines, show, stdin_text, unwritten
-from .searching import SHARED, VARY, Heard, asked, shared
+from .searching import SHARED, VARY, Heard, asked, shared, unsure
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -44,9 +44,7 @@ def main(args: Sequence[str]) -> int:
     deck, file = given.words
     quantities = asked(given)
     more = shared(given)
-    table, picture = given.text("output"), given.text("plot")
-    if picture is not None and not picture.endswith((".png", ".svg", ".pdf")):
-        raise UsageError(f"--plot {picture}: a picture is .png, .svg or .pdf")
+    table, picture = given.text("output"), given.picture()
     check_targets([path for path in (table, picture) if path], deck)
     columns = dict(text.partition("=")[::2] for text in given.all("column"))
     try:
@@ -99,17 +97,7 @@ def remarks(found: Fitted) -> Iterator[Diagnostic]:
         yield Diagnostic(
             "warning", "W431", mixture.sentence(), None, "fix one of them, or measure another signal"
         )
-    if found.at_bounds:
-        names = ", ".join(f"`{name}` = {found.values[name]:.6g}" for name in found.at_bounds)
-        yield Diagnostic("warning", "W432", f"at a bound: {names}", None, "wider bounds, or another model")
-    if not found.converged:
-        yield Diagnostic(
-            "warning",
-            "W433",
-            f"the search ended after {found.runs} runs, before it stood still",
-            None,
-            "other start values, or --everywhere",
-        )
+    yield from unsure(found)
 
 
 def summary(found: Fitted) -> Iterator[str]:

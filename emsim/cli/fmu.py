@@ -13,7 +13,20 @@ from __future__ import annotations
 import os
 
 from ..diagnostics import Diagnostic
-from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
+from .arguments import (
+    DEFINE,
+    HELP,
+    JSON,
+    METHOD,
+    QUIET,
+    RELTOL,
+    Arguments,
+    Option,
+    UsageError,
+    defines,
+    overrides,
+    parse,
+)
 from .console import OK, check_targets, print_json, print_lines, show
 from .run import source_of
 
@@ -37,8 +50,8 @@ OPTIONS = [
         repeat=True,
     ),
     DEFINE,
-    Option("--method", "integration method", "NAME"),
-    Option("--reltol", "relative tolerance", "X"),
+    METHOD,
+    RELTOL,
     JSON,
     QUIET,
     HELP,
@@ -55,24 +68,13 @@ def main(args: Sequence[str]) -> int:
         or f"{os.path.splitext(os.path.basename(deck))[0] if deck != '-' else 'model'}.fmu"
     )
     check_targets([path], deck)
-    options = {key: given.text(key) for key in ("method",) if given.has(key)}
-    if given.has("reltol"):
-        options["reltol"] = given.number("reltol")  # type: ignore[assignment]
     made = export(
         source_of(deck), path, _version(given), given.all("in"), given.all("out"), given.all("param"), given.all("tune"),
-        defines(given), options, given.all("library"),
+        defines(given), overrides(given), given.all("library"),
     )  # fmt: skip
     if given.has("json"):
-        variables = [
-            {
-                "name": v.name,
-                "causality": v.causality,
-                "variability": v.variability,
-                "unit": v.unit,
-                "start": v.start,
-            }
-            for v in made.variables
-        ]
+        keys = ("name", "causality", "variability", "unit", "start")
+        variables = [{key: getattr(v, key) for key in keys} for v in made.variables]
         print_json(OK, made.diagnostics, fmu=path, fmi=made.version, variables=variables)
         return OK
     show([d for d in made.diagnostics if isinstance(d, Diagnostic)], given.has("quiet"))

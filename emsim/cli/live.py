@@ -8,9 +8,8 @@ import signal
 import sys
 
 from ..diagnostics import Diagnostic, OutsideError
-from .arguments import Arguments, UsageError, defines
+from .arguments import Arguments, UsageError, defines, overrides
 from .console import OK, engineering
-from .run import overrides
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from ..diagnostics import Diagnostic
 from .arguments import Option, UsageError, parse
 from .console import OK, print_json, print_lines, show, stdin_text
-from .searching import SHARED, VARY, Heard, asked, shared
+from .searching import SHARED, VARY, Heard, asked, shared, unsure
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -63,17 +63,7 @@ def remarks(found: Optimised) -> Iterator[Diagnostic]:
         yield Diagnostic(
             "warning", "W434", f"not met: {missed}", None, "wider bounds, other start values, or --everywhere"
         )
-    elif not found.converged:
-        yield Diagnostic(
-            "warning",
-            "W433",
-            f"the search ended after {found.runs} runs, before it stood still",
-            None,
-            "other start values, or --everywhere",
-        )
-    if found.at_bounds:
-        names = ", ".join(f"`{name}` = {found.values[name]:.6g}" for name in found.at_bounds)
-        yield Diagnostic("warning", "W432", f"at a bound: {names}", None, "wider bounds, or another model")
+    yield from unsure(found, bool(found.missed))
 
 
 def summary(found: Optimised) -> Iterator[str]:

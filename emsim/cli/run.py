@@ -10,11 +10,11 @@ from itertools import pairwise
 from os.path import basename, splitext
 
 from .. import pipeline
-from ..diagnostics import ConvergenceError, DeckError, Diagnostic, Interrupted, inert, suggest
+from ..diagnostics import ConvergenceError, DeckError, Diagnostic, Interrupted, inert
 from ..outputs import raw
 from ..outputs.beside import can_be_replaced
 from ..source import SameFiles
-from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
+from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, overrides, parse
 from .console import (
     CONVERGENCE,
     DECK,
@@ -166,29 +166,6 @@ def page_engine(source: str, result: Result, given: Arguments) -> dict[str, Any]
     from ..fmus import page
 
     return page.engine(source, result, defines(given), overrides(given))
-
-
-def overrides(given: Arguments) -> dict[str, float | str]:
-    """The options of the command line that stand above the deck's own."""
-    options: dict[str, float | str] = {}
-    if method := given.text("method"):
-        from ..assemble.options import METHODS, SPECIAL, SPELLINGS
-
-        if method.lower() not in SPELLINGS:
-            near = suggest(method, METHODS + SPECIAL)
-            hint = f"did you mean {near}?" if near else f"there are {', '.join(METHODS + SPECIAL)}"
-            raise UsageError(f"there is no method {method!r}, {hint}")
-        options["method"] = method.lower()
-    if dialect := given.text("dialect"):
-        from ..dialects import find, unknown
-
-        if find(dialect) is None:
-            raise UsageError(", ".join(unknown(dialect)))
-        options["dialect"] = dialect.lower()
-    for key in ("reltol", "tmax", "seed"):
-        if (value := given.number(key)) is not None:
-            options[key] = value
-    return options
 
 
 def _targets(given: Arguments, deck: str) -> list[Target]:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from .arguments import HELP, JSON, QUIET, Arguments, Option, UsageError
+from ..diagnostics import Diagnostic
+from .arguments import HELP, JSON, METHOD, QUIET, Arguments, Option, UsageError, defines, overrides
+from .console import Line
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from typing import Any
 
+    from ..fits.fitted import Fitted
+    from ..fits.optimised import Optimised
     from ..fits.quantities import Quantity
 
 VARY = Option(
@@ -21,7 +26,7 @@ SHARED = [
     Option("--seed", "of that search, 1", "N"),
     Option("-j --jobs", "its processes, instead of one a core", "N"),
     Option("-D --define", "a parameter of the deck that stays", "NAME=VALUE", repeat=True),
-    Option("--method", "integration method", "NAME"),
+    METHOD,
     Option("--reltol", "relative tolerance of the runs, 1e-6", "X"),
     JSON,
     QUIET,
@@ -42,50 +47,24 @@ def asked(given: Arguments) -> list[Quantity]:
 
 def shared(given: Arguments) -> dict[str, Any]:
     """Arguments of `emsim.fit` and `emsim.optimise`."""
-    defines: dict[str, str] = {}
-    for text in given.all("define"):
-        name, equals, value = text.partition("=")
-        if not equals or not name.strip() or not value.strip():
-            raise UsageError(f"-D {text}: write NAME=VALUE")
-        defines[name.strip()] = value.strip()
-    options: dict[str, Any] = {}
-    if (method := given.text("method")) is not None:
-        options["method"] = method
-    if (reltol := given.number("reltol")) is not None:
-        options["reltol"] = reltol
     return {
-        "defines": defines, "options": options, "everywhere": given.has("everywhere"), "seed": whole(given, "seed", 1) or 1,
-        "jobs": whole(given, "jobs", None),
+        "defines": defines(given), "options": overrides(given, ["reltol"]),
+        "everywhere": given.has("everywhere"), "seed": given.whole("seed", 1), "jobs": given.whole("jobs", None),
     }  # fmt: skip
 
 
-def whole(given: Arguments, key: str, default: int | None) -> int | None:
-    value = given.number(key)
-    if value is None:
-        return default
-    if value != int(value):
-        raise UsageError(f"--{key} takes a whole number")
-    return int(value)
+def unsure(found: Fitted | Optimised, missed: bool = False) -> Iterator[Diagnostic]:
+    """A search that did not stand still, which goals that were `missed` say already; values at a bound."""
+    if not found.converged and not missed:
+        said = f"the search ended after {found.runs} runs, before it stood still"
+        yield Diagnostic("warning", "W433", said, None, "other start values, or --everywhere")
+    if found.at_bounds:
+        names = ", ".join(f"`{name}` = {found.values[name]:.6g}" for name in found.at_bounds)
+        yield Diagnostic("warning", "W432", f"at a bound: {names}", None, "wider bounds, or another model")
 
 
-class Heard:
-    """How far a search is, on a terminal's stderr."""
-
-    def __init__(self, quiet: bool) -> None:
-        import sys
-
-        self.on = not quiet and sys.stderr is not None and sys.stderr.isatty()
+class Heard(Line):
+    """How far a search is."""
 
     def __call__(self, runs: int, left: float) -> None:
-        import sys
-
-        if self.on:
-            sys.stderr.write(f"\r\x1b[K{runs} runs, {left:.4g} left")
-            sys.stderr.flush()
-
-    def end(self) -> None:
-        import sys
-
-        if self.on:
-            sys.stderr.write("\r\x1b[K")
-            sys.stderr.flush()
+        self.write(f"{runs} runs, {left:.4g} left")

@@ -10,12 +10,14 @@ deck without, the last values of what it prints) go to a table.
 from __future__ import annotations
 
 from os.path import basename, splitext
+from time import monotonic
 
 from ..diagnostics import DeckError, Diagnostic, OutsideError
-from .arguments import HELP, JSON, QUIET, Arguments, Option, UsageError, parse
+from .arguments import HELP, JSON, METHOD, QUIET, RELTOL, Arguments, Option, UsageError, overrides, parse
 from .console import (
     INTERRUPTED,
     OK,
+    Line,
     check_targets,
     engineering,
     print_json,
@@ -27,7 +29,7 @@ from .console import (
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from ..sweeps.result import Goal, Swept
 
@@ -71,8 +73,8 @@ OPTIONS = [
     Option("-j --jobs", "processes, instead of one a core", "N"),
     Option("--dask", "address of a Dask scheduler whose workers run it", "ADDRESS"),
     Option("--fresh", "begin anew where an interrupted sweep of this deck could go on"),
-    Option("--method", "integration method", "NAME"),
-    Option("--reltol", "relative tolerance", "X"),
+    METHOD,
+    RELTOL,
     JSON,
     QUIET,
     HELP,
@@ -96,9 +98,7 @@ def main(args: Sequence[str]) -> int:
     table = given.text("output") or f"{stem}.sweep.csv"
     if not table.endswith((".csv", ".parquet", ".nc", ".zarr")):
         raise UsageError(f"-o {table}: a sweep is written as .csv, .parquet, .nc or .zarr")
-    picture = given.text("plot")
-    if picture is not None and not picture.endswith((".png", ".svg", ".pdf")):
-        raise UsageError(f"--plot {picture}: a picture is .png, .svg or .pdf")
+    picture = given.picture()
     site = given.text("html")
     worst = given.text("worst")
     ends = {f"{stem}.{worst}.{end}.cir": k for k, end in enumerate(("least", "greatest")) if worst}
@@ -106,15 +106,12 @@ def main(args: Sequence[str]) -> int:
         [path for path in (table, picture, site, *ends) if path and not path.endswith(".zarr")], deck
     )
     journal = f"{splitext(table)[0]}.journal"
-    jobs = given.number("jobs")
-    if jobs is not None and (jobs < 1 or jobs != int(jobs)):
-        raise UsageError("--jobs takes a whole number, 1 or more")
+    jobs = given.whole("jobs", None)
     heard = _Progress(given.has("quiet") or given.has("json"))
     try:
         swept = sweep(
-            stdin_text() if deck == "-" else deck, given.all("define"), scheme, runs, _whole(given, "seed", 1), given.all("save"),
-            {key: value for key in ("method", "reltol") if (value := _option(given, key)) is not None},
-            None if jobs is None else int(jobs), given.text("dask"), journal, given.has("fresh"), heard,
+            stdin_text() if deck == "-" else deck, given.all("define"), scheme, runs, given.whole("seed", 1) or 1,
+            given.all("save"), overrides(given, ["reltol"]), jobs, given.text("dask"), journal, given.has("fresh"), heard,
         )  # fmt: skip
     except KeyboardInterrupt:
         heard.end()
@@ -131,7 +128,7 @@ def main(args: Sequence[str]) -> int:
 
 def _repeats(swept: Swept, measure: str, ends: dict[str, int]) -> None:
     """The decks of --worst."""
-    from ..outputs.beside import replacing
+    from ..outputs.beside import write_text
 
     try:
         texts = {path: swept.repeat(swept.extremes(measure)[k]) for path, k in ends.items()}
@@ -139,8 +136,7 @@ def _repeats(swept: Swept, measure: str, ends: dict[str, int]) -> None:
         raise UsageError(f"--worst {measure}: {error.args[0]}") from None
     for path, text in texts.items():
         try:
-            with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
-                file.write(text)
+            write_text(path, text)
         except OSError as error:
             raise OutsideError(unwritten(path, error)) from None
 
@@ -166,28 +162,20 @@ def report(swept: Swept, goals: list[Goal], given: Arguments, table: str, pictur
         raise UsageError(str(error)) from None
     except OSError as error:
         raise OutsideError(unwritten(table, error)) from None
-    failed = swept.failed
-    said = (
-        [Diagnostic("warning", "W430", f"{len(failed)} of {len(swept)} runs failed: {_some(swept)}")]
-        if failed
-        else []
-    )
+    failed, of = swept.failed, f"of {len(swept)} runs"
+    told = [("W430", f"{len(failed)} {of} failed: {_some(swept)}")] if failed else []
     for text, runs in swept.warnings.items():
         code, _, message = text.partition(": ")
-        said.append(
-            Diagnostic(
-                "warning", code, f"{message} (in {len(runs)} of {len(swept)} runs, the first is {runs[0]})"
-            )
-        )
+        told.append((code, f"{message} (in {len(runs)} {of}, the first is {runs[0]})"))
+    said = [Diagnostic("warning", code, message) for code, message in told]
     if len(failed) == len(swept):
         first = next(iter(failed.values()))
         raise DeckError(Diagnostic("error", "E432", f"all {len(swept)} runs failed, the first with {first}"))
     show(said, given.has("quiet"))
     statistics = {name: swept.statistics(name) for name in swept.names}
     if given.has("json"):
-        share = (
-            None if yielded is None else dict(zip(("met", "runs", "least", "greatest"), yielded, strict=True))
-        )
+        keys = ("met", "runs", "least", "greatest")
+        share = None if yielded is None else dict(zip(keys, yielded, strict=True))
         print_json(
             OK, said, runs=len(swept), failed={str(k): v for k, v in failed.items()}, scheme=swept.scheme.label(),
             random_values=dict(zip(swept.random, swept.labels, strict=True)), measures=statistics, goals=share, file=table,
@@ -196,11 +184,8 @@ def report(swept: Swept, goals: list[Goal], given: Arguments, table: str, pictur
         print_lines(summary(swept, statistics))
         if yielded is not None:
             met, n, low, high = yielded
-            print_lines(
-                [
-                    f"yield {100 * met / n:.4g} % ({met} of {n} runs; 95 % bounds {100 * low:.4g} to {100 * high:.4g} %)"
-                ]
-            )
+            ends = f"95 % bounds {100 * low:.4g} to {100 * high:.4g} %"
+            print_lines([f"yield {100 * met / n:.4g} % ({met} of {n} runs; {ends})"])
     return OK
 
 
@@ -252,49 +237,22 @@ def _scheme(given: Arguments) -> tuple[str, int]:
         raise UsageError(f"--{chosen[0]} and --{chosen[1]} exclude each other")
     if not chosen:
         return "nominal", 1
-    return chosen[0], _whole(given, chosen[0], 1) if chosen[0] in KINDS else 1
+    return chosen[0], given.whole(chosen[0], 1) or 1 if chosen[0] in KINDS else 1
 
 
-def _whole(given: Arguments, key: str, default: int) -> int:
-    value = given.number(key)
-    if value is None:
-        return default
-    if value < 0 or value != int(value):
-        raise UsageError(f"--{key} takes a whole number")
-    return int(value)
-
-
-def _option(given: Arguments, key: str) -> str | float | None:
-    return given.text(key) if key == "method" else given.number(key)
-
-
-class _Progress:
-    """How far the sweep is, and about how long it still takes, on a terminal's stderr."""
+class _Progress(Line):
+    """How far the sweep is, and about how long it still takes."""
 
     def __init__(self, quiet: bool) -> None:
-        import sys
-        from time import monotonic
-
-        self.on = not quiet and sys.stderr is not None and sys.stderr.isatty()
-        self.clock: Callable[[], float] = monotonic
+        super().__init__(quiet)
         self.start, self.first, self.told = monotonic(), -1, 0.0
 
     def __call__(self, done: int, runs: int) -> None:
-        import sys
-
-        now = self.clock()
+        now = monotonic()
         if self.first < 0:
             self.first, self.start = done, now
-        if not self.on or now - self.told < 0.2:
-            return
-        self.told = now
-        speed = (done - self.first) / max(now - self.start, 1e-9)
-        left = f", {engineering((runs - done) / speed)}s left" if speed > 0.0 else ""
-        sys.stderr.write(f"\r\x1b[K{done} of {runs} runs{left}")
-        sys.stderr.flush()
-
-    def end(self) -> None:
-        import sys
-
-        if self.on:
-            sys.stderr.write("\r\x1b[K")
+        if now - self.told >= 0.2:
+            self.told = now
+            speed = (done - self.first) / max(now - self.start, 1e-9)
+            left = f", {engineering((runs - done) / speed)}s left" if speed > 0.0 else ""
+            self.write(f"{done} of {runs} runs{left}")

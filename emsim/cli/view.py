@@ -15,9 +15,9 @@ from .. import pipeline
 from ..diagnostics import ConvergenceError, Interrupted
 from ..outputs import html
 from ..source import SameFiles
-from .arguments import DEFINE, HELP, QUIET, Arguments, Option, UsageError, defines, parse
+from .arguments import DEFINE, HELP, QUIET, Arguments, Option, UsageError, defines, overrides, parse
 from .console import CONVERGENCE, OK, Progress, check_targets, interrupted, point, show
-from .run import METHOD_OPTIONS, overrides, page_engine, page_sheets, source_of
+from .run import METHOD_OPTIONS, page_engine, page_sheets, source_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

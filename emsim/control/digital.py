@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..diagnostics import suggest
+from ..diagnostics import did_you_mean
 from ..outputs.vcd import lines
 from . import words
 from .base import Command
@@ -41,8 +41,7 @@ def named(text: str, form: str, known: Events) -> list[str]:
         return there
     for node in wanted:
         if node not in there:
-            near = suggest(node, there)
-            hint = f"did you mean `{near}`?" if near else f"there are {', '.join(there[:8])}"
+            hint = did_you_mean(node, there, f"there are {', '.join(there[:8])}")
             raise CommandError("E162", f"no digital node is called `{node}`", hint)
     return list(dict.fromkeys(wanted))
 

@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 
-from ..diagnostics import suggest
+from ..diagnostics import did_you_mean, suggest
 from ..result import without_letter
 from .errors import CommandError, Followed
 
@@ -162,6 +162,10 @@ class Plot:
         family.append(self)
         self.family, self.changes = family, list(changes)
 
+    def over(self, name: str, values: np.ndarray, unit: str, shown: bool = False) -> None:
+        """Makes the vector that the others are over."""
+        self.scale, self.has_scale, self.shows_scale = self.add(Vector(name, values, unit)), True, shown
+
     def add(self, v: Vector) -> Vector:
         v.plot = self
         self.vectors[v.key] = v
@@ -234,8 +238,9 @@ class Plots:
     def get(self, name: str) -> Plot:
         found = self.named(name)
         if found is None:
-            near = suggest(name, [p.name for p in self.all])
-            hint = f"did you mean `{near}`?" if near else "there are " + ", ".join(p.name for p in self.all)
+            hint = did_you_mean(
+                name, [p.name for p in self.all], "there are " + ", ".join(p.name for p in self.all)
+            )
             raise CommandError("E162", f"there is no plot `{name}`", hint)
         return found
 

@@ -32,8 +32,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from typing import Any
 
-    from ..deck import Analysis, FlatDeck, Probe
+    from ..deck import Analysis, Probe
     from ..elaborate.altered import Altered
+    from ..elaborate.flat import FlatDeck
     from ..result import Result, Table
     from ..source import Line
     from .base import Command

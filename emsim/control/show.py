@@ -126,13 +126,12 @@ def settype(s: Session, text: str, at: Statement) -> None:
         usage("settype type vector ..", "a type and vectors are needed")
     kind = given[0].lower()
     if kind not in UNITS and kind not in WORDS and kind != "notype":
-        from ..diagnostics import suggest
+        from ..diagnostics import did_you_mean
 
-        near = suggest(kind, [*UNITS, *WORDS])
         raise CommandError(
             "E162",
             f"there is no type `{kind}`",
-            f"did you mean `{near}`?" if near else "there are " + ", ".join(sorted([*UNITS, *WORDS])),
+            did_you_mean(kind, [*UNITS, *WORDS], "there are " + ", ".join(sorted([*UNITS, *WORDS]))),
         )
     for name in given[1:]:
         v = s.plots.vector(name)

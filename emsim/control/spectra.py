@@ -24,10 +24,7 @@ if TYPE_CHECKING:
 
 def cutout(s: Session, text: str, at: Statement) -> None:
     """The vectors of the current plot from cut-tstart to cut-tstop, its own points, as a plot."""
-    old, time = s.plots.current, s.plots.current.scale
-    if time is None or time.key != "time":
-        raise CommandError("E164", "cutout needs a plot over time", "tran or run makes one")
-    x = time.values.real
+    old, x = _timed(s, "cutout")
     ends = [_own(old, name, x[k]) for name, k in (("cut-tstart", 0), ("cut-tstop", -1))]
     first, last = (
         min(int(np.searchsorted(x, end, "right")), len(x) - 1) if name in old.vectors else k % len(x)
@@ -35,11 +32,11 @@ def cutout(s: Session, text: str, at: Statement) -> None:
     )
     if not (ends[1] > ends[0] and last > first):
         raise CommandError("E164", f"there are no points from {ends[0]:g} to {ends[1]:g}")
-    names = words.split(text) or [v.name for v in old.sorted() if v is not time and len(v) >= last]
+    names = words.split(text) or [v.name for v in old.sorted() if v is not old.scale and len(v) >= last]
     found = [s.plots.vector(n) for n in names]
     what = "(cut out)" if "cut-tstart" in old.vectors or "cut-tstop" in old.vectors else "(copy)"
     new = s.plots.new("tran", old.title, f"{old.plotname} {what}")
-    new.scale, new.has_scale = new.add(Vector("time", x[first:last], "s", new)), True
+    new.over("time", x[first:last], "s", shown=True)
     for v in found:
         new.add(
             Vector(v.key if v.key in old.vectors else v.name, v.values[first:last], v.unit, new)
@@ -48,11 +45,7 @@ def cutout(s: Session, text: str, at: Statement) -> None:
 
 def linearize(s: Session, text: str, at: Statement) -> None:
     """The vectors of the current plot on even steps: those of the transient, or of lin-tstep, lin-tstart, lin-tstop."""
-    old = s.plots.current
-    time = old.scale
-    if time is None or time.key != "time":
-        raise CommandError("E164", "linearize needs a plot over time", "tran or run makes one")
-    x = time.values.real
+    old, x = _timed(s, "linearize")
     grid = old.table.grid if old.table is not None else None
     step, start, stop = grid or ((x[-1] - x[0]) / max(len(x) - 1, 1), x[0], x[-1])
     step, start, stop = (
@@ -65,10 +58,10 @@ def linearize(s: Session, text: str, at: Statement) -> None:
     if count > 1e8:
         raise CommandError("E165", f"{count:.3g} steps are too many")
     times = start + step * np.arange(int(count + 1.5))
-    names = words.split(text) or [v.name for v in old.sorted() if v is not time and len(v) == len(x)]
+    names = words.split(text) or [v.name for v in old.sorted() if v is not old.scale and len(v) == len(x)]
     found = [s.plots.vector(n) for n in names]
     new = s.plots.new("tran", old.title, f"{old.plotname.removesuffix(' (linearized)')} (linearized)")
-    new.scale, new.has_scale, new.shows_scale = new.add(Vector("time", times, "s", new)), True, False
+    new.over("time", times, "s")
     for v in found:
         new.add(Vector(v.key if v.key in old.vectors else v.name, _sampled(old, v, times), v.unit, new))
 
@@ -87,20 +80,14 @@ def _sampled(plot: Plot, v: Vector, times: np.ndarray) -> np.ndarray:
     return np.interp(times, x, y)
 
 
-WINDOWS = (
-    "none",
-    "rectangular",
-    "bartlet",
-    "bartlett",
-    "triangle",
-    "hann",
-    "hanning",
-    "cosine",
-    "hamming",
-    "blackman",
-    "flattop",
-    "gaussian",
-)
+# sums of a[k] cos(2 pi k u), u from 0 to 1, whose mean is 1
+COSINES = {
+    "none": (1.0,), "rectangular": (1.0,),
+    "hann": (1.0, -1.0), "hanning": (1.0, -1.0), "cosine": (1.0, -1.0),
+    "hamming": (1.0, -0.46 / 0.54), "blackman": (1.0, -0.50 / 0.42, 0.08 / 0.42),
+    "flattop": (1.0, -1.93, 1.29, -0.388, 0.032),
+}  # fmt: skip
+WINDOWS = (*COSINES, "bartlet", "bartlett", "triangle", "gaussian")
 
 
 def window(s: Session, x: np.ndarray, usual: str = "hanning") -> np.ndarray:
@@ -108,79 +95,67 @@ def window(s: Session, x: np.ndarray, usual: str = "hanning") -> np.ndarray:
     name = str(s.variables.get("specwindow", usual)).lower()
     n = len(x)
     u = (x - x[0]) / (x[-1] - x[0]) if n > 1 else np.zeros(n)
-    c = np.cos
-    if name in ("none", "rectangular"):
-        return np.ones(n)
+    if name in COSINES:
+        return sum((a * np.cos(2 * np.pi * k * u) for k, a in enumerate(COSINES[name])), np.zeros(n))
     if name in ("bartlet", "bartlett", "triangle"):
         return 2.0 - np.abs(2.0 + 4.0 * (u - 1.0))
-    if name in ("hann", "hanning", "cosine"):
-        return 1.0 - c(2 * np.pi * u)
-    if name == "hamming":
-        return 1.0 - 0.46 / 0.54 * c(2 * np.pi * u)
-    if name == "blackman":
-        return 1.0 - 0.50 / 0.42 * c(2 * np.pi * u) + 0.08 / 0.42 * c(4 * np.pi * u)
-    if name == "flattop":
-        return (
-            1.0
-            - 1.93 * c(2 * np.pi * u)
-            + 1.29 * c(4 * np.pi * u)
-            - 0.388 * c(6 * np.pi * u)
-            + 0.032 * c(8 * np.pi * u)
-        )
     if name == "gaussian":
-        order = max(2, s.integer("specwindoworder", 2))
-        sigma = 1.0 / order
-        scale = 0.83 / sigma
-        return scale * np.exp(-0.5 * ((u - 0.5) / (sigma / 2.0)) ** 2) / 1.0
-    from ..diagnostics import suggest
+        sigma = 1.0 / max(2, s.integer("specwindoworder", 2))
+        return 0.83 / sigma * np.exp(-0.5 * ((u - 0.5) / (sigma / 2.0)) ** 2)
+    from ..diagnostics import did_you_mean
 
-    near = suggest(name, WINDOWS)
     raise CommandError(
         "E162",
         f"there is no window `{name}`",
-        f"did you mean `{near}`?" if near else "there are " + ", ".join(WINDOWS),
+        did_you_mean(name, WINDOWS, "there are " + ", ".join(WINDOWS)),
     )
 
 
-def _even(s: Session, form: str, text: str) -> tuple[Plot, np.ndarray, list[Vector]]:
-    """The plot, its times, which need even steps, and the vectors."""
+def _timed(s: Session, what: str) -> tuple[Plot, np.ndarray]:
+    """The current plot and its times. Raises CommandError where it is over something else."""
     plot = s.plots.current
     if plot.scale is None or plot.scale.key != "time":
-        raise CommandError("E164", "a spectrum needs a plot over time", "tran or run makes one")
+        raise CommandError("E164", f"{what} needs a plot over time", "tran or run makes one")
+    return plot, plot.scale.values.real
+
+
+def _even(s: Session, form: str, text: str) -> tuple[np.ndarray, list[Vector]]:
+    """The times of the plot, of which uneven steps are told, and the vectors."""
+    _, x = _timed(s, "a spectrum")
     if not text.strip():
         usage(form, "no vector is named")
-    x = plot.scale.values.real
     found = s.vectors(text)
     if len(x) < 2 or any(len(v) != len(x) for v in found):
         raise CommandError("E164", "the vectors are not as long as the time")
     if any(v.is_complex for v in found):
         raise CommandError("E164", "a spectrum is of real vectors")
-    return plot, x, found
-
-
-def _heed_steps(s: Session, x: np.ndarray) -> None:
     steps = np.diff(x)
     if steps.max() > 1.01 * steps.min():
         s.warn(
             "the times have uneven steps, and the spectrum takes them for even ones, as in ngspice",
             "linearize makes even steps of them",
         )
+    return x, found
+
+
+def _frequencies(s: Session, x: np.ndarray, word: str, title: str) -> Plot:
+    """A plot over frequencies from 0 to half of that of the points, which are told."""
+    n, span = len(x), x[-1] - x[0]
+    half = n // 2 + 1
+    s.say(f"{word}: Time span: {span:g} s, input length: {n}, zero padding: 0")
+    s.say(f"{word}: Frequency resolution: {1 / span:g} Hz, output length: {half}")
+    new = s.plots.new("sp", s.deck.title, title)
+    new.over("frequency", np.arange(half) / span, "Hz")
+    return new
 
 
 def fft(s: Session, text: str, at: Statement) -> None:
     """The amplitudes of the frequencies from 0 to half of that of the points."""
-    _, x, found = _even(s, "fft vector ..", text)
-    _heed_steps(s, x)
-    n, span = len(x), x[-1] - x[0]
-    w, half = window(s, x), n // 2 + 1
-    s.say(f"FFT: Time span: {span:g} s, input length: {n}, zero padding: 0")
-    s.say(f"FFT: Frequency resolution: {1 / span:g} Hz, output length: {half}")
+    x, found = _even(s, "fft vector ..", text)
+    w, new = window(s, x), _frequencies(s, x, "FFT", "Spectrum")
     s.note("at 0 Hz stands the mean of the vector; ngspice shows twice of it")
-    new = s.plots.new("sp", s.deck.title, "Spectrum")
-    frequency = new.add(Vector("frequency", np.arange(half) / span, "Hz", new))
-    new.scale, new.has_scale, new.shows_scale = frequency, True, False
     for v in found:
-        spectrum = np.fft.rfft(v.values * w) / n
+        spectrum = np.fft.rfft(v.values * w) / len(x)
         spectrum[1:] *= 2.0
         new.add(Vector(v.name, spectrum, "", new))
 
@@ -195,15 +170,9 @@ def psd(s: Session, text: str, at: Statement) -> None:
     if not math.isfinite(asked):
         usage(form, "the number of neighbours is finite")
     smooth = int(asked)
-    _, x, found = _even(s, form, rest)
-    _heed_steps(s, x)
-    n, span = len(x), x[-1] - x[0]
-    w, half = window(s, x), n // 2 + 1
-    s.say(f"PSD: Time span: {span:g} s, input length: {n}, zero padding: 0")
-    s.say(f"PSD: Frequency resolution: {1 / span:g} Hz, output length: {half}")
-    new = s.plots.new("sp", s.deck.title, "PSD")
-    frequency = new.add(Vector("frequency", np.arange(half) / span, "Hz", new))
-    new.scale, new.has_scale, new.shows_scale = frequency, True, False
+    x, found = _even(s, form, rest)
+    w, new = window(s, x), _frequencies(s, x, "PSD", "PSD")
+    n, span, half = len(x), x[-1] - x[0], len(x) // 2 + 1
     for v in found:
         power = np.abs(np.fft.rfft(v.values * w) / n) ** 2
         power[1:] *= 2.0
@@ -224,8 +193,7 @@ def spec(s: Session, text: str, at: Statement) -> None:
     if len(given) < 4:
         usage(form, "three frequencies and vectors are needed")
     low, high, step = s.numbers(" ".join(given[:3]), 3)
-    _, x, found = _even(s, form, given[3])
-    _heed_steps(s, x)
+    x, found = _even(s, form, given[3])
     if not (step > 0 and 0 <= low <= high < math.inf):
         usage(form, "frequencies are not negative, and the step is positive")
     count = int((high - low) / step + 1e-9) + 1
@@ -234,11 +202,7 @@ def spec(s: Session, text: str, at: Statement) -> None:
     frequencies = low + step * np.arange(count)
     w, n = window(s, x), len(x)
     new = s.plots.new("sp", s.deck.title, "Spectrum")
-    new.scale, new.has_scale, new.shows_scale = (
-        new.add(Vector("frequency", frequencies, "Hz", new)),
-        True,
-        False,
-    )
+    new.over("frequency", frequencies, "Hz")
     for v in found:
         y = v.values * w
         values = np.array([np.sum(y[1:] * np.exp(2j * np.pi * f * (x[1:] - x[0]))) for f in frequencies]) / (
@@ -255,12 +219,9 @@ def fourier(s: Session, text: str, at: Statement) -> None:
     if not rest.strip():
         usage(form, "a frequency and vectors are needed")
     base = s.numbers(given)[0]
-    plot = s.plots.current
-    if plot.scale is None or plot.scale.key != "time":
-        raise CommandError("E164", "fourier needs a plot over time", "tran or run makes one")
+    plot, x = _timed(s, "fourier")
     if not 0 < base < math.inf:
         usage(form, "the frequency is positive")
-    x = plot.scale.values.real
     period = 1.0 / base
     if x[-1] - x[0] < period * (1 - 1e-9):
         raise CommandError("E164", f"the run is shorter than a period of {period:g} s")

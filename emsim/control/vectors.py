@@ -200,14 +200,17 @@ class Evaluator:
         raise self.unknown(name, len(args))
 
     def unknown(self, name: str, count: int) -> CommandError:
-        from ..diagnostics import suggest
+        from ..diagnostics import did_you_mean
 
         others = [n for n, c in self.s.functions if n == name and c != count]
         if others:
             wanted = next(c for n, c in self.s.functions if n == name)
             return CommandError("E161", f"the function `{name}` takes {wanted} arguments, not {count}")
-        near = suggest(name, [*functions.names(), *VOLTAGES, *OF_TWO, *(n for n, _ in self.s.functions)])
-        hint = f"did you mean `{near}`?" if near else f"define {name}(x) .. makes one"
+        hint = did_you_mean(
+            name,
+            [*functions.names(), *VOLTAGES, *OF_TWO, *(n for n, _ in self.s.functions)],
+            f"define {name}(x) .. makes one",
+        )
         return CommandError("E162", f"there is no function `{name}`", hint)
 
     def defined(

@@ -42,8 +42,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     markdown = re.sub(
         r"<!-- run (\S+)(?: (\d+))? -->", lambda m: tree.frame(m[1], int(m[2] or 0), page.url), markdown
     )
-    markdown = re.sub(r"<!-- circuit (\S+) -->", lambda m: tree.circuit(m[1], page.url), markdown)
-    return re.sub(r"<!-- chart (\S+) -->", lambda m: tree.chart(m[1], page.url), markdown)
+    return re.sub(r"<!-- (circuit|chart) (\S+) -->", lambda m: tree.picture(m[1], m[2], page.url), markdown)
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
@@ -58,7 +57,6 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -
 
 
 def on_post_build(config: MkDocsConfig) -> None:
-    """The pages of the runs that pages of the site showed, the charts and the circuits."""
+    """The pages of the runs that pages of the site showed, and the pictures."""
     tree.write_runs(Path(config.site_dir))
-    tree.write_charts(Path(config.site_dir))
-    tree.write_circuits(Path(config.site_dir))
+    tree.write_pictures(Path(config.site_dir))

@@ -11,23 +11,17 @@ from edits import edits
 ROOT = Path(__file__).resolve().parent.parent.parent
 NETLISTS = ROOT / "netlists"
 
-# decks whose runs, charts and circuits the site shows; filled while pages are written
+# decks whose runs and pictures the site shows; filled while pages are written
 _runs: dict[tuple[str, int], None] = {}
-_charts: dict[str, None] = {}
-_circuits: dict[str, None] = {}
-# of the charts: a ladder of four rungs, each run once, takes a second or two
-CHART = [
-    "--alone",
-    "--rounds",
-    "1",
-    "--budget",
-    "1",
-    "--limit",
-    "1",
-    "--tolerances",
-    "1e-3,1e-5,1e-7,1e-9",
-    "-q",
-]
+_pictures: dict[tuple[str, str], None] = {}
+# what a picture shows, the verb that draws it and its options; a ladder of four rungs, each run once, takes a second or two
+PICTURES = {
+    "circuit": ("the circuit of {}", "draw"),
+    "chart": (
+        "error against CPU time, every method on {}", "chart", "--alone", "--rounds", "1", "--budget", "1", "--limit", "1",
+        "--tolerances", "1e-3,1e-5,1e-7,1e-9",
+    ),
+}  # fmt: skip
 
 
 def pages() -> dict[str, str]:
@@ -97,55 +91,33 @@ def frame(deck: str, edit: int, address: str) -> str:
     )
 
 
-def chart(deck: str, address: str) -> str:
-    """A deck's work-precision chart on a page at this address, drawn anew in every build."""
-    _charts[deck] = None
-    where = relpath(chart_address(deck), dirname(address) or ".")
-    return f'<img class="chart" src="{where}" alt="error against CPU time, every method on {deck}">'
+def picture(kind: str, deck: str, address: str) -> str:
+    """A deck's picture on a page at this address, drawn anew in every build."""
+    _pictures[kind, deck] = None
+    where = relpath(picture_address(kind, deck), dirname(address) or ".")
+    return f'<img class="chart" src="{where}" alt="{PICTURES[kind][0].format(deck)}">'
 
 
-def circuit(deck: str, address: str) -> str:
-    """A deck's circuit on a page at this address, drawn anew in every build."""
-    _circuits[deck] = None
-    where = relpath(circuit_address(deck), dirname(address) or ".")
-    return f'<img class="chart" src="{where}" alt="the circuit of {deck}">'
+def picture_address(kind: str, deck: str) -> str:
+    return f"{kind}s/" + deck.removesuffix(".cir") + ".svg"
 
 
-def circuit_address(deck: str) -> str:
-    return "circuits/" + deck.removesuffix(".cir") + ".svg"
-
-
-def write_circuits(site: Path) -> None:
-    """Draws the circuits shown. Raises RuntimeError where one does not come out."""
-    from emsim.cli import main
-
-    for deck in _circuits:
-        target = site / circuit_address(deck)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        if code := main(["draw", str(NETLISTS / deck), "-q", "-o", str(target)]):
-            raise RuntimeError(f"emsim draw {deck}: exit code {code}")
-    _circuits.clear()
-
-
-def chart_address(deck: str) -> str:
-    return "charts/" + deck.removesuffix(".cir") + ".svg"
-
-
-def write_charts(site: Path) -> None:
-    """Draws the charts shown. Raises RuntimeError where one does not come out."""
+def write_pictures(site: Path) -> None:
+    """Draws the pictures shown. Raises RuntimeError where one does not come out."""
     from contextlib import redirect_stdout
     from io import StringIO
 
     from emsim.cli import main
 
-    for deck in _charts:
-        target = site / chart_address(deck)
+    for kind, deck in _pictures:
+        verb, *options = PICTURES[kind][1:]
+        target = site / picture_address(kind, deck)
         target.parent.mkdir(parents=True, exist_ok=True)
         with redirect_stdout(StringIO()):
-            code = main(["chart", str(NETLISTS / deck), *CHART, "-o", str(target)])
+            code = main([verb, str(NETLISTS / deck), *options, "-q", "-o", str(target)])
         if code:
-            raise RuntimeError(f"emsim chart {deck}: exit code {code}")
-    _charts.clear()
+            raise RuntimeError(f"emsim {verb} {deck}: exit code {code}")
+    _pictures.clear()
 
 
 def run_address(deck: str, edit: int) -> str:

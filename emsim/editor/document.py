@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..assemble import Assembly
-    from ..deck import FlatDeck
+    from ..elaborate.flat import FlatDeck
 
 MOST_UNKNOWNS = 1000  # of a deck whose starting point is computed while somebody waits
 MACHINE_KINDS = {"BODY": "body", "JOINT": "joint", "POINT": "point"}

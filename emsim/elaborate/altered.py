@@ -6,7 +6,7 @@ An alteration acts on the flat deck; a changed .param, and `reset`, flatten the 
 from __future__ import annotations
 
 from ..deck import Analysis, MachineCard, Param, Probe, Waveform
-from ..diagnostics import Sink, suggest
+from ..diagnostics import Sink, did_you_mean
 from ..draws import seeded
 from ..elements import MODEL_TYPES, Element
 from ..elements.passive import Passive
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from typing import Any
 
-    from ..deck import Deck, FlatDeck, Model
+    from ..deck import Deck, Model
+    from .flat import FlatDeck
     from .steps import Change
 
     Value = float | Sequence[float]
@@ -116,19 +117,17 @@ class Altered:
                 else [*found.params, *(p.name for p in found.body if isinstance(p, Param))]
             )
             if found is None or name not in known:
-                near = suggest(name, known)
                 what = (
                     f"the subcircuit `{subckt}` has no parameter `{name}`"
                     if found
                     else f"no subcircuit is called `{subckt}`"
                 )
-                raise ExprError("E166", what, None, near and f"did you mean `{near}`?")
+                raise ExprError("E166", what, None, did_you_mean(name, known))
             found.altered[name] = value
         else:
             own = self.flat().params
             if name not in own and name not in self.deck.params:
-                near = suggest(name, own)
-                hint = f"did you mean `{near}`?" if near else "parameters: " + (", ".join(own) or "none")
+                hint = did_you_mean(name, own, "parameters: " + (", ".join(own) or "none"))
                 raise ExprError("E166", f"the deck has no parameter `{name}`", None, hint)
             self.deck.defines[name] = value
         self.waiting.append(name)
@@ -174,9 +173,11 @@ class Altered:
             if card is not None:
                 flat.machine[card] = altered_card(flat.machine[card], parameter, _one(value))
                 return
-            near = suggest(device, [*self._places, *(c.name for c in flat.machine)])
             raise ExprError(
-                "E166", f"the deck has no element `{device}`", None, near and f"did you mean `{near}`?"
+                "E166",
+                f"the deck has no element `{device}`",
+                None,
+                did_you_mean(device, [*self._places, *(c.name for c in flat.machine)]),
             )
         flat.elements[self._places[element.name]] = altered_element(element, parameter, value)
 
@@ -269,8 +270,7 @@ def _set(e: Element, parameter: str | None, value: Value) -> None:
         return
     if parameter not in e.known():
         known = [*VALUES.get(e.letter, ()), *e.known()]
-        near = suggest(str(parameter), known)
-        hint = f"did you mean `{near}`?" if near else "it has: " + (", ".join(known) or "none")
+        hint = did_you_mean(str(parameter), known, "it has: " + (", ".join(known) or "none"))
         raise ExprError("E166", f"a {e.what} has no parameter `{parameter}`", None, hint)
     e.params = {**e.params, str(parameter): _one(value)}
     e.is_plain = False
@@ -294,14 +294,12 @@ def _alter_model(flat: FlatDeck, name: str, parameter: str, value: float) -> Non
         owner = next((e for e in flat.elements if e.name == name and e.model_name), None)
         model = None if owner is None else owner.model or flat.models.get(owner.model_name or "")
     if model is None:
-        near = suggest(name, flat.models)
-        hint = f"did you mean `{near}`?" if near else "models: " + (", ".join(flat.models) or "none")
+        hint = did_you_mean(name, flat.models, "models: " + (", ".join(flat.models) or "none"))
         raise ExprError("E166", f"the deck has no .model `{name}`", None, hint)
     kind = MODEL_TYPES.get(model.type)
     known = None if kind is None else kind.model_names()
     if known is not None and parameter not in known:
-        near = suggest(parameter, known)
-        hint = f"did you mean `{near}`?" if near else "it has: " + ", ".join(sorted(known))
+        hint = did_you_mean(parameter, known, "it has: " + ", ".join(sorted(known)))
         raise ExprError(
             "E166", f"a model of type {model.type.upper()} has no parameter `{parameter}`", None, hint
         )

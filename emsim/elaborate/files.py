@@ -6,7 +6,7 @@ import os
 
 from ..build import read_file
 from ..deck import Deck, Dot, Include
-from ..diagnostics import Sink, suggest
+from ..diagnostics import Sink, did_you_mean, suggest
 from ..source import MOST_BYTES
 
 TYPE_CHECKING = False
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 # what a bare name means where no such file lies beside the deck: servo.lib, pid.lib, ..
 LIBRARY = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "lib")
+# the libraries that LTspice names in every netlist, whether the deck takes a model of them or not
+STANDARD = frozenset(f"standard.{kind}" for kind in ("bjt", "dio", "mos", "jft", "res", "cap", "ind", "bead"))
 MAX_DEPTH = 50  # files within files
 MAX_INCLUDES = 10_000  # files put in place of a card; each may be the same one
 MAX_TEXT = MOST_BYTES  # characters that come in all, each file as often as it is included
@@ -71,13 +73,12 @@ class Files:
         if card.section is None:
             return deck.body, (*chain, link)
         if card.section not in deck.sections:
-            near = suggest(card.section, deck.sections)
             known = ", ".join(deck.sections) or "none"
             self.sink.error(
                 "E152",
                 f"{card.path} has no section `{card.section}`",
                 card.span,
-                f"did you mean `{near}`?" if near else f"its sections: {known}",
+                did_you_mean(card.section, deck.sections, f"its sections: {known}"),
             )
             return [], chain
         return deck.sections[card.section], (*chain, link)
@@ -100,8 +101,9 @@ class Files:
                 self.sink.error("E154", message["text"] + where(message), card.span, message["hint"] or None)
             return
         except OSError as error:
-            near = suggest(os.path.basename(path), _listing(os.path.dirname(path) or "."))
-            hint = f"did you mean `{near}`?" if near else f"looked for {path}"
+            hint = did_you_mean(
+                os.path.basename(path), _listing(os.path.dirname(path) or "."), f"looked for {path}"
+            )
             self.sink.error("E501", f"cannot read {given}: {error.strerror or error}", card.span, hint)
             return
         known.update({module.name.lower(): module for module in found})
@@ -116,6 +118,12 @@ class Files:
             dialect = None if ours else card.span.file.dialect
             deck = read_file(path, self.sink, card.span, card.path, dialect)
         except FileNotFoundError:
+            if os.path.basename(path).lower() in STANDARD:
+                said = f"{card.path} comes with LTspice and is not here: models that the deck takes of it are missing"
+                self.sink.warning(
+                    "W154", said, card.span, "copy it beside the deck, or write the .model of what is used"
+                )
+                return None
             folder = os.path.dirname(path) or "."
             near = suggest(os.path.basename(path), [*_listing(folder), *_listing(LIBRARY)])
             self.sink.error(

@@ -15,7 +15,6 @@ from ..deck import (
     Conditional,
     Deck,
     Dot,
-    FlatDeck,
     Func,
     Include,
     Instance,
@@ -28,7 +27,7 @@ from ..deck import (
     Subckt,
     Unread,
 )
-from ..diagnostics import Fix, OutsideError, instead, suggest
+from ..diagnostics import Fix, OutsideError, did_you_mean, instead, suggest
 from ..draws import SEED, Draws
 from ..elements import MODEL_TYPES, Element
 from ..expr import Call, ExprError, Name, Node, evaluate, fold
@@ -37,6 +36,7 @@ from ..syntax import LineError
 from ..units import ABSOLUTE_ZERO, spice_leftover, spice_number
 from . import steps
 from .bind import Level, bind_element, bind_machine_card
+from .flat import FlatDeck
 from .measures import OfResults, bind_measure
 from .models import Models
 from .scope import DeckScope, as_float
@@ -492,14 +492,13 @@ class _Flattener:
                 scope.values[key] = 1.0
             inner = key in (p.name for p in subckt.body if p.__class__ is Param)
             if key not in subckt.params and not inner and key != "m":
-                near = suggest(key, subckt.params)
                 self.sink.warning(
                     "W133",
                     f"the subcircuit `{subckt.name}` has no parameter `{key}`",
                     card.span,
-                    f"did you mean `{near}`?"
-                    if near
-                    else "its parameters: " + (", ".join(subckt.params) or "none"),
+                    did_you_mean(
+                        key, subckt.params, "its parameters: " + (", ".join(subckt.params) or "none")
+                    ),
                 )
         scope.values.update(subckt.altered)
         return scope

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from ..build import reread_as_element
 from ..cards import CARDS
-from ..deck import FlatDeck, MachineCard, Model
+from ..deck import MachineCard, Model
 from ..diagnostics import Diagnostic, instead, suggest
 from ..elements import LETTERS, MODEL_TYPES, Element
 from ..expr import Node, evaluate
 from ..syntax import LineError
 from ..units import spice_number
+from .flat import FlatDeck
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ m1(ke)    a number of an element's line, or of a machine card's
 
 from __future__ import annotations
 
-from ..diagnostics import Sink, Span, deck_error, suggest
+from ..diagnostics import Sink, Span, deck_error, did_you_mean
 from ..draws import Draws
 from .altered import VALUES
 from .flatten import flatten
@@ -19,8 +19,9 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from ..deck import Deck, FlatDeck
+    from ..deck import Deck
     from ..diagnostics import Diagnostic
+    from .flat import FlatDeck
     from .steps import Change
 
 KNOWN = "a parameter (.param), the name of an element with a value, temp, model(parameter), or card(parameter) as in m1(ke)"
@@ -95,9 +96,10 @@ def value(flat: FlatDeck, name: str, span: Span | None = None) -> float:
         hint = f"`{of}` has {numbers}" if numbers else None
         deck_error("E345", f"`{of}` has no number `{key}` on its line", span, hint)
     if element is None:
-        near = suggest(name, [*flat.params, *(e.name for e in flat.elements)])
         said = f"there is no parameter and no element `{name}`"
-        deck_error("E346", said, span, f"did you mean `{near}`?" if near else KNOWN)
+        deck_error(
+            "E346", said, span, did_you_mean(name, [*flat.params, *(e.name for e in flat.elements)], KNOWN)
+        )
     if has_plain_value(element):
         plain = (element.extra.get("dc") or 0.0) if "dc" in element.extra else element.value
         return float(plain)

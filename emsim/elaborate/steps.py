@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from ..diagnostics import suggest
+from ..diagnostics import did_you_mean
 from ..expr import ExprError, Node
 from .scope import as_float
 
@@ -19,9 +19,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
     from typing import Any
 
-    from ..deck import Dot, FlatDeck
+    from ..deck import Dot
     from ..diagnostics import Sink, Span
     from ..elements import Element
+    from .flat import FlatDeck
     from .scope import DeckScope
 
 FORMS = (
@@ -175,8 +176,7 @@ def change_elements(flat: FlatDeck, changes: Iterable[Change], models: Mapping[s
         e = None if at is None else _with_value(flat.elements[at], value)
         if at is None:
             names = [x.name for x in flat.elements]
-            near = suggest(step.name, names)
-            hint = f"did you mean `{near}`?" if near else "`.step param name ...` steps a parameter"
+            hint = did_you_mean(step.name, names, "`.step param name ...` steps a parameter")
             flat.sink.error(
                 "E332", f".step names `{step.name}`, which is no element of this deck", step.span, hint
             )
@@ -199,9 +199,8 @@ def _change_word(flat: FlatDeck, step: Step, value: float, models: Mapping[str, 
     elements = [k for k, e in enumerate(flat.elements) if e.name == step.name]
     cards = [k for k, card in enumerate(flat.machine) if card.name == step.name]
     if not (elements or cards):
-        near = suggest(step.name, models)
         said = f"no .model, no element and no machine card is called `{step.name}`"
-        flat.sink.error("E332", said, step.span, f"did you mean `{near}`?" if near else None)
+        flat.sink.error("E332", said, step.span, did_you_mean(step.name, models))
     try:
         for k in elements:
             flat.elements[k] = altered_element(flat.elements[k], step.key, value)

@@ -184,9 +184,13 @@ class OfCodeModel(Element):
             )
         if word.kind == "list":
             words = (
-                value[1:-1].replace(",", " ").split()
-                if isinstance(value, str) and value[:1] == "["
-                else [value]
+                value
+                if isinstance(value, list)
+                else (
+                    value[1:-1].replace(",", " ").split()
+                    if isinstance(value, str) and value[:1] == "["
+                    else [value]
+                )
             )
             found = [v if isinstance(v, (int, float)) else spice_number(v) for v in words]
             if None in found:
@@ -195,7 +199,9 @@ class OfCodeModel(Element):
                     Diagnostic("error", "E110", f"{said}: `{wrong}` is no number", at, f"write {key}=[1 2 3]")
                 )
             return [float(v) for v in found if v is not None]
-        if (
+        if isinstance(value, list) and len(value) == 1:
+            value = value[0]
+        elif (
             isinstance(value, str)
             and value[:1] == "["
             and (one := spice_number(value[1:-1].strip())) is not None

@@ -27,14 +27,14 @@ from __future__ import annotations
 from itertools import takewhile
 
 from ..build_expr import extent, node_name
-from ..diagnostics import Diagnostic, instead, suggest
+from ..diagnostics import Diagnostic, did_you_mean, instead, suggest
 from ..expr import Node, evaluate
 from ..syntax import LineError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
-    from typing import Any, ClassVar, Self
+    from typing import Any, ClassVar, Self, TypeVar
 
     from .._engine import Expr
     from ..assemble.accounts import Accounts
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from ..source import Line, SourceFile
     from .net import Net
 
+    P = TypeVar("P")
     Scalar = Expr | float
     Coloured = tuple[str, list[tuple[int, float]], Callable[[float], float]]
 
@@ -81,6 +82,11 @@ class Param:
     ) -> None:
         self.meaning, self.unit, self.default = meaning, unit, default
         self.words = words  # one of them stands there, and no number
+
+
+def named(**told: P) -> dict[str, P]:
+    """What a class tells of words of a line or of a .model."""
+    return told
 
 
 def ignored(words: str) -> dict[str, Param]:
@@ -433,10 +439,9 @@ class Element:
             del model.params[name]
         for name in model.params if words is not None else ():
             if words is not None and name not in words and name != "level":
-                near = suggest(name, words)
                 ctx.sink.warning(
                     "W284", f".model `{model.name}`: a {self.what} takes no {name}=, it has no effect",
-                    at.get(name, model.span), hint=f"did you mean {near}=?" if near else None,
+                    at.get(name, model.span), hint=did_you_mean(name, words, form="{}="),
                 )  # fmt: skip
 
     def ic_unused(self, ctx: Context, instead: str) -> None:

@@ -4,12 +4,12 @@ the charge itself (LTspice: of x, its own voltage)."""
 from __future__ import annotations
 
 from ..expr import Call, Name, Node
-from .base import Param, Path, ignored
+from .base import Param, Path, ignored, named
 from .passive import FILAMENT, LENGTH, OF_MODEL, SCALED, WIDTH, Passive
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, ClassVar
+    from typing import Any
 
     from .._engine import Expr
     from ..assemble.accounts import Accounts
@@ -29,29 +29,28 @@ class Capacitor(Passive):
     quantity_name = "capacitance"
     value_names = ("cap", "capacitance")
     plain = ("capacitor", 4, True)
-    instance: ClassVar[dict[str, Param]] = {
-        **SCALED, "ic": Param("value at the start of a run with uic", "V"), "l": LENGTH, "w": WIDTH,
-        "cap": Param("capacitance", "F"), "capacitance": Param("capacitance", "F"),
-    }  # fmt: skip
+    instance = named(
+        **SCALED, ic=Param("value at the start of a run with uic", "V"), l=LENGTH, w=WIDTH,
+        cap=Param("capacitance", "F"), capacitance=Param("capacitance", "F"),
+    )  # fmt: skip
     model_types = ("c", "cap")
-    model_words: ClassVar[dict[str, Param]] = {
-        "c": Param("capacitance", "F"), "cap": Param("capacitance", "F"), "cj": Param("capacitance per area", "F/m^2"),
-        "cjsw": Param("capacitance per edge", "F/m"),
-        "defw": Param("width where none is given", "m", FILAMENT), "narrow": Param("etched off the width", "m", 0.0),
-        "short": Param("etched off the length", "m", 0.0), "thick": Param("thickness of the dielectric, in place of cj", "m"),
-        "di": Param("relative permittivity of the dielectric", default=3.9), **OF_MODEL, **ignored("defl bv_max"),
-    }  # fmt: skip
+    model_words = named(
+        c=Param("capacitance", "F"), cap=Param("capacitance", "F"), cj=Param("capacitance per area", "F/m^2"),
+        cjsw=Param("capacitance per edge", "F/m"),
+        defw=Param("width where none is given", "m", FILAMENT), narrow=Param("etched off the width", "m", 0.0),
+        short=Param("etched off the length", "m", 0.0), thick=Param("thickness of the dielectric, in place of cj", "m"),
+        di=Param("relative permittivity of the dielectric", default=3.9), **OF_MODEL, **ignored("defl bv_max"),
+    )  # fmt: skip
     jumps = 3
     big = (1e-12, "F", "femtofarad", "farad", "")
 
-    def from_model(self, p: dict[str, Any]) -> float | None:
+    def from_model(self, p: dict[str, Any]) -> float:
         cj = p.get("cj", p.get("di", 3.9) * EPS0 / p["thick"] if p.get("thick") else 0.0)
         if "l" in self.params and (cj or p.get("cjsw")):
             length = self.number("l") - p.get("short", 0.0)
             width = self.number("w", p.get("defw", FILAMENT)) - p.get("narrow", 0.0)
             return float(cj * length * width + 2 * p.get("cjsw", 0.0) * (length + width))
-        value = p.get("cap", p.get("c"))
-        return None if value is None else float(value)
+        return float(p.get("cap", p.get("c", 0.0)))
 
     def quantity(self, ctx: Context) -> float:
         """C [F] of a constant capacitor, `m` included."""
@@ -59,6 +58,13 @@ class Capacitor(Passive):
 
     def check(self, ctx: Context) -> None:
         super().check(ctx)
+        if (
+            self.value is None
+            and self.model is not None
+            and not {"c", "cap", "cj", "cjsw", "thick"} & set(self.model.params)
+        ):
+            said = f"`{self.name}` has no capacitance, neither on its line nor in .model `{self.model.name}`: 0 F, as in ngspice"
+            ctx.sink.warning("W293", said, self.span, "write a number after the nodes, or c= into the .model")
         if "ic" in self.params and isinstance(self.value, Node):
             said = f"ic= of `{self.name}` has no effect, its capacitance or charge is an expression"
             ctx.sink.warning("W283", said, self.span, "set the voltage of its nodes: .ic v(node)=value")

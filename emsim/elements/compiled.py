@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..diagnostics import Fix, Span, suggest
-from .base import TEMPERATURE, Element, M, Param, the_last_holds
+from ..diagnostics import Fix, Span, did_you_mean
+from .base import TEMPERATURE, Element, M, Param, named, the_last_holds
 from .modules import Module, shipped, where
 
 TYPE_CHECKING = False
@@ -42,7 +42,7 @@ class Compiled(Element):
     flags: ClassVar[tuple[str, ...]] = ("off",)
     is_metered = True
     jumps = 10
-    instance: ClassVar[dict[str, Param]] = {**M, **TEMPERATURE, **START}
+    instance = named(**M, **TEMPERATURE, **START)
     sorts: ClassVar[dict[str, tuple[str, float]]] = {}
     levels: ClassVar[dict[int, str]] = {}
     currents: ClassVar[tuple[str, ...]] = ()  # of the terminals, as @name[..] has them
@@ -85,8 +85,7 @@ class Compiled(Element):
             self.sign = 0.0
             module = loaded.get(kind) or shipped(kind)
             if module is None:
-                near = suggest(kind, [*loaded, *_all()])
-                hint = f"did you mean `{near}`?" if near else 'write .hdl "file.va" with the module in it'
+                hint = did_you_mean(kind, [*loaded, *_all()], 'write .hdl "file.va" with the module in it')
                 ctx.sink.error("E297", f"no module is called `{kind}`", self.model.span, hint)
             return module
         name, self.sign = sort
@@ -203,10 +202,9 @@ class Compiled(Element):
                 and name not in self.harmless
                 and not (value == 1.0 and name in self.words_of_model)
             ):
-                near = suggest(name, module.parameters)
                 ctx.sink.warning(
                     "W284", f".model `{model.name}`: `{module.name}` takes no {name}=, it has no effect",
-                    at, hint=f"did you mean {near}=?" if near else None,
+                    at, hint=did_you_mean(name, module.parameters, form="{}="),
                 )  # fmt: skip
             elif known is not None and isinstance(value, str) and not known["text"]:
                 ctx.sink.error(
@@ -333,7 +331,9 @@ class Compiled(Element):
             return ctx.b.const(float(self.params[name]))
         charge = self.charging.get(name)
         try:
-            read = ctx.b.module_output(self.name, charge or self.aliases.get(name, name), ctx.gmin)
+            read = ctx.b.module_output(self.name, charge or name, ctx.gmin)
+            if read is None and name in self.aliases:
+                read = ctx.b.module_output(self.name, self.aliases[name], ctx.gmin)
         except KeyError:
             return ctx.b.const(0.0)  # what it is made of was refused
         return read if charge is None or read is None else ctx.ddt(read, f"{self.name}#{name}")
@@ -349,7 +349,9 @@ class Compiled(Element):
             told = []  # what it is made of was refused
         told_units = {name: unit for name, unit, _ in told}
         found = told_units | found
-        found |= {alias: told_units[name] for alias, name in self.aliases.items() if name in told_units}
+        found = {
+            alias: told_units[name] for alias, name in self.aliases.items() if name in told_units
+        } | found
         found |= {name: "A" for name, charge in self.charging.items() if charge in told_units}
         return found | {
             key: module.parameters[key]["unit"] for key in self.params if key in module.parameters

@@ -11,12 +11,12 @@ from ..build_expr import expression, extent, node_name, transform
 from ..diagnostics import Fix, Span, deck_error
 from ..expr import Name, Node, calls, fold
 from ..units import spice_number
-from .base import CONDUCTS, DRIVES, TC, VOLTAGE, Element, Param, number_at
+from .base import CONDUCTS, DRIVES, TC, VOLTAGE, Element, Param, named, number_at
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-    from typing import Any, ClassVar
+    from typing import Any
 
     from .._engine import Expr
     from ..assemble.accounts import Accounts
@@ -39,11 +39,11 @@ CONVOLUTION = ("window", "nfft", "mtol")
 class Controlled(Element):
     __slots__ = ()
     accounted = "supplied"
-    instance: ClassVar[dict[str, Param]] = {
-        "m": Param("factor on the value", default=1.0), "temp": Param("its temperature", "C"),
-        "dtemp": Param("degrees above that of the circuit", "K", 0.0), **TC,
-        "reciproctc": Param("1: divided by what tc1 and tc2 make"), "reciprocm": Param("1: divided by m"),
-    }  # fmt: skip
+    instance = named(
+        m=Param("factor on the value", default=1.0), temp=Param("its temperature", "C"),
+        dtemp=Param("degrees above that of the circuit", "K", 0.0), **TC,
+        reciproctc=Param("1: divided by what tc1 and tc2 make"), reciprocm=Param("1: divided by m"),
+    )  # fmt: skip
 
     # ---- reading ----
 
@@ -421,11 +421,7 @@ def current_of(ctx: Context, e: Element, name: str) -> int:
 
 
 def sum_of(ctx: Context, terms: Terms) -> Expr:
-    total = ctx.b.const(0.0)
-    for index, factor in terms:
-        if index >= 0:
-            total = total + factor * ctx.b.x(index)
-    return total
+    return sum((factor * ctx.b.x(index) for index, factor in terms if index >= 0), ctx.b.const(0.0))
 
 
 def polynomial(ctx: Context, coeffs: list[float], xs: list[Expr]) -> Expr:

@@ -321,9 +321,8 @@ class Core:
     def field_rate(self) -> Expr:
         """dHe/dt [A/m s]."""
         m = self.m
-        slope = m.c * self.slope(self.he)
-        for share, h, follows in self.parts:
-            slope = slope + share * follows * self.slope(h)
+        parts = (share * follows * self.slope(h) for share, h, follows in self.parts)
+        slope = sum(parts, m.c * self.slope(self.he))
         return self.e * (1.0 / (m.area * MU0)) / (1.0 + (1.0 - m.alpha) * slope)
 
     # ---- energy ----
@@ -334,9 +333,8 @@ class Core:
 
     def loss(self) -> Expr:
         """[W]"""
-        lost = self.b.const(0.0)
-        for share, h, follows in self.parts:
-            lost = lost + share * (self.he - h) * follows * self.slope(h)
+        parts = (share * (self.he - h) * follows * self.slope(h) for share, h, follows in self.parts)
+        lost = sum(parts, self.b.const(0.0))
         return MU0 * self.volume * lost * self.field_rate
 
     def energy(self) -> Expr:

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from .base import M, Param
+from .base import M
 from .controlled import ByCurrent
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
 
 
 class CurrentByCurrent(ByCurrent):
@@ -16,6 +12,6 @@ class CurrentByCurrent(ByCurrent):
     what = "current-controlled current source"
     form = "Fname n+ n- Vsource gain, or POLY(n) Vsource .. coefficients"
     law = "i = gain i(Vsource)"
-    instance: ClassVar[dict[str, Param]] = M
+    instance = M
     gives_voltage = False
     jumps = 6

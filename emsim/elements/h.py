@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from .base import Param
+from .base import named
 from .controlled import ByCurrent
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
 
 
 class VoltageByCurrent(ByCurrent):
@@ -16,7 +12,7 @@ class VoltageByCurrent(ByCurrent):
     what = "current-controlled voltage source"
     form = "Hname n+ n- Vsource gain, or POLY(n) Vsource .. coefficients"
     law = "v = gain i(Vsource)"
-    instance: ClassVar[dict[str, Param]] = {}
+    instance = named()
     gives_voltage = True
     current_name = ""
     holds_voltage = True

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from .base import DRIVES, M, Param, Path
+from .base import DRIVES, M, Path, named
 from .independent import DISTORTION, Independent
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
     from .._engine import Expr
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
@@ -22,7 +20,7 @@ class CurrentSource(Independent):
     form = Independent.form.format("I")
     law = "i = i(t), from n+ through the source to n-"
     unit = "A"
-    instance: ClassVar[dict[str, Param]] = {**M, **DISTORTION}
+    instance = named(**M, **DISTORTION)
     current_name = "current"
     jumps = 4
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .base import Param
+from .base import Param, named
 from .compiled import Compiled
 
 TYPE_CHECKING = False
@@ -23,15 +23,15 @@ class Jfet(Compiled):
     least = 3
     usual = 3
     positional = ("area",)
-    sorts: ClassVar[dict[str, tuple[str, float]]] = {"njf": ("jfet", 1.0), "pjf": ("jfet", -1.0)}
+    sorts = named(njf=("jfet", 1.0), pjf=("jfet", -1.0))
     levels: ClassVar[dict[int, str]] = {1: "jfet", 2: "jfet2"}
     model_types = tuple(sorts)
-    instance: ClassVar[dict[str, Param]] = {
-        **Compiled.instance, "area": Param("area, in units of the model's", default=1.0),
-    }  # fmt: skip
+    instance = named(
+        **Compiled.instance, area=Param("area, in units of the model's", default=1.0),
+    )  # fmt: skip
     current_name = "id"
     currents = ("id", "ig", "is")
-    charging: ClassVar[dict[str, str]] = {"cqgs": "qgs", "cqgd": "qgd"}
+    charging = named(cqgs="qgs", cqgd="qgd")
 
     def sense(self) -> float:
         """Of a p channel as of an n channel, as in ngspice."""

@@ -7,13 +7,13 @@ from ..build_expr import extent
 from ..diagnostics import deck_error
 from ..expr import Node
 from ..units import spice_number
-from .base import Element, Param
+from .base import Element, Param, named
 from .cores import SHAPES, Core, Material
 from .l import Inductor
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, ClassVar
+    from typing import Any
 
     from .._engine import Expr
     from ..assemble.accounts import Accounts
@@ -36,20 +36,20 @@ class Coupling(Element):
     law = "M = k sqrt(L1 L2), flux linkage L1 i1 + M i2; with a .model CORE: H l + B gap/mu0 = sum N i, v = N d/dt (area B)"
     terminals = ()
     behind = ("element", "element")
-    instance: ClassVar[dict[str, Param]] = {
-        "k": Param("coupling coefficient; of a core that of the flux in the air about it"),
-        "b0": Param("of a core: flux density before any current flows, remanence", "T", 0.0),
-    }
+    instance = named(
+        k=Param("coupling coefficient; of a core that of the flux in the air about it"),
+        b0=Param("of a core: flux density before any current flows, remanence", "T", 0.0),
+    )
     model_types = ("core",)
-    model_words: ClassVar[dict[str, Param]] = {
-        "law": Param("ja: Jiles and Atherton, play: friction of many parts; ja unless given", words=LAWS),
-        "shape": Param("of Man: froehlich x/(1+|x|), langevin coth x - 1/x; froehlich unless given", words=tuple(SHAPES)),
-        "ms": Param("saturation magnetisation", "A/m", 1e6), "a": Param("field of the shape: Man = ms F(He/a)", "A/m", 1e3),
-        "k": Param("pinning: its mean field", "A/m", 500.0), "c": Param("reversible part of the magnetisation", "", 0.2),
-        "alpha": Param("coupling of domains: He = H + alpha M", "", 0.0), "cells": Param("of law=play", "", 8.0),
-        "area": Param("cross-section", "cm^2", 0.1), "path": Param("mean length of the path", "cm", 1.0),
-        "gap": Param("length of the air gap", "cm", 0.0), "pack": Param("part of the section that is core", "", 1.0),
-    }  # fmt: skip
+    model_words = named(
+        law=Param("ja: Jiles and Atherton, play: friction of many parts; ja unless given", words=LAWS),
+        shape=Param("of Man: froehlich x/(1+|x|), langevin coth x - 1/x; froehlich unless given", words=tuple(SHAPES)),
+        ms=Param("saturation magnetisation", "A/m", 1e6), a=Param("field of the shape: Man = ms F(He/a)", "A/m", 1e3),
+        k=Param("pinning: its mean field", "A/m", 500.0), c=Param("reversible part of the magnetisation", "", 0.2),
+        alpha=Param("coupling of domains: He = H + alpha M", "", 0.0), cells=Param("of law=play", "", 8.0),
+        area=Param("cross-section", "cm^2", 0.1), path=Param("mean length of the path", "cm", 1.0),
+        gap=Param("length of the air gap", "cm", 0.0), pack=Param("part of the section that is core", "", 1.0),
+    )  # fmt: skip
 
     def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
         rest = cards.params(ch[1:], line, self)

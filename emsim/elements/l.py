@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from ..diagnostics import DeckError, Diagnostic
 from ..expr import Binary, Call, Name, Node, Num
-from .base import Param, Path, ignored
+from .base import Param, Path, ignored, named
 from .cores import MU0
 from .passive import OF_MODEL, SCALED, Passive
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, ClassVar
+    from typing import Any
 
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
@@ -31,14 +31,14 @@ class Inductor(Passive):
     quantity_name = "inductance"
     value_names = ("ind", "inductance")
     plain = ("inductor", 4, True)
-    instance: ClassVar[dict[str, Param]] = {
-        **SCALED, "ic": Param("value at the start of a run with uic", "A"), "ind": Param("inductance", "H"),
-        "inductance": Param("inductance", "H"), **ignored("nt"),
-    }  # fmt: skip
+    instance = named(
+        **SCALED, ic=Param("value at the start of a run with uic", "A"), ind=Param("inductance", "H"),
+        inductance=Param("inductance", "H"), **ignored("nt"),
+    )  # fmt: skip
     model_types = ("l", "ind")
-    model_words: ClassVar[dict[str, Param]] = {
-        "ind": Param("inductance", "H"), "l": Param("inductance", "H"), **OF_MODEL, **ignored("csect dia length nt mu"),
-    }  # fmt: skip
+    model_words = named(
+        ind=Param("inductance", "H"), l=Param("inductance", "H"), **OF_MODEL, **ignored("csect dia length nt mu"),
+    )  # fmt: skip
     jumps = 2
 
     def from_model(self, p: dict[str, Any]) -> float | None:
@@ -120,7 +120,7 @@ class Inductor(Passive):
             return
         i = self.flow(ctx)
         if isinstance(self.value, Node):
-            book.stores(self, self.number("m", 1.0) * self.between(ctx) * i)
+            book.stores(self, self.between(ctx) * i)  # the current is that of all m coils
         else:
             book.holds(self, 0.5 * self.quantity(ctx) * i * i)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .base import Element, Param
+from .base import Element, Param, named
 from .compiled import Compiled
 from .diodes import become
 
@@ -27,11 +27,11 @@ class Mosfet(Compiled):
     terminals = ("drain", "gate", "source", "bulk", "tj", "tcase", "t7", "t8")
     least = 3
     usual = 4
-    sorts: ClassVar[dict[str, tuple[str, float]]] = {
-        "nmos": ("mos1", 1.0), "pmos": ("mos1", -1.0),
-        "vdmos": ("vdmos", 1.0), "vdmosn": ("vdmos", 1.0), "vdmosp": ("vdmos", -1.0),
-        "nsoi": ("bsimsoi", 1.0), "psoi": ("bsimsoi", -1.0),
-    }  # fmt: skip
+    sorts = named(
+        nmos=("mos1", 1.0), pmos=("mos1", -1.0),
+        vdmos=("vdmos", 1.0), vdmosn=("vdmos", 1.0), vdmosp=("vdmos", -1.0),
+        nsoi=("bsimsoi", 1.0), psoi=("bsimsoi", -1.0),
+    )  # fmt: skip
     levels: ClassVar[dict[int, str]] = {
         1: "mos1", 2: "mos2", 3: "mos3", 4: "bsim1", 5: "bsim2", 6: "mos6", 8: "bsim3", 9: "mos3", 10: "bsimsoi", 14: "bsim4",
         44: "ekv", 45: "psp", 49: "bsim3", 54: "bsim4", 58: "bsimsoi", 68: "hisim2", 69: "psp", 70: "bsimsoi", 72: "bsimcmg",
@@ -50,11 +50,11 @@ class Mosfet(Compiled):
     flags = ("off", "thermal")
     current_name = "id"
     currents: ClassVar[tuple[str, ...]] = ("id", "ig", "is", "ib")
-    charging: ClassVar[dict[str, str]] = {"cqbd": "qbd", "cqbs": "qbs"}
-    aliases: ClassVar[dict[str, str]] = {
-        "gmb": "gmbs", "cbd": "capbd", "cbs": "capbs", "rd": "rd_t", "rs": "rs_t", "cbd0": "bottom_d", "cbs0": "bottom_s",
-        "cbdsw0": "side_d", "cbssw0": "side_s",
-    }  # fmt: skip
+    charging = named(cqbd="qbd", cqbs="qbs")
+    aliases = named(
+        gmb="gmbs", cbd="capbd", cbs="capbs", rd="rd_t", rs="rs_t", cbd0="bottom_d", cbs0="bottom_s",
+        cbdsw0="side_d", cbssw0="side_s",
+    )  # fmt: skip
 
     def chosen(self, read: set[str]) -> Element:
         is_power = self.model is not None and self.model.type in ThermalMosfet.sorts

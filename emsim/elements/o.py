@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .base import BOLTZMANN, ZERO_CELSIUS, Element, Param, ignored
+from .base import BOLTZMANN, ZERO_CELSIUS, Element, Param, ignored, named
 from .telegraph import Mode, Telegraph
 
 TYPE_CHECKING = False
@@ -106,10 +106,7 @@ class ModelledLine(Element):
         k = terminal % half
         if k < len(into):
             return into[k]
-        total = into[0]
-        for i in into[1:]:
-            total = total + i
-        return -total
+        return -sum(into[1:], into[0])
 
     def flow(self, ctx: Context) -> Expr:
         return self.current(ctx)
@@ -199,15 +196,13 @@ class LossyLine(ModelledLine):
     what = "lossy line"
     form = "Oname a+ a- b+ b- model [ic=v1,i1,v2,i2]"
     terminals = ("a+", "a-", "b+", "b-")
-    instance: ClassVar[dict[str, Param]] = {
-        "ic": Param("v1, i1, v2, i2 before a start with uic", "V, A, V, A")
-    }
+    instance = named(ic=Param("v1, i1, v2, i2 before a start with uic", "V, A, V, A"))
     model_types: ClassVar[tuple[str, ...]] = ("ltra",)
     model_form = "ltra(r= l= g= c= len=)"
     long_names: ClassVar[tuple[str, ...]] = ("len",)
     # what ngspice's convolution is told has no meaning here
-    model_words: ClassVar[dict[str, Param]] = {
-        **OF_LENGTH, "len": Param("length", "m"),
+    model_words = named(
+        **OF_LENGTH, len=Param("length", "m"),
         **ignored("rel abs nocontrol steplimit nosteplimit lininterp quadinterp mixedinterp truncnr truncdontcut"),
         **ignored("compactrel compactabs"),
-    }  # fmt: skip
+    )  # fmt: skip

@@ -5,15 +5,13 @@ one speed in all of them, or lines alike side by side. Where they do not, the de
 
 from __future__ import annotations
 
-from .base import Param
+from .base import Param, named
 from .o import ModelledLine
 from .telegraph import Mode, Telegraph
 from .y import LENGTH, SingleLine
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
     import numpy as np
 
     from ..assemble.context import Context
@@ -32,19 +30,19 @@ class CoupledLines(ModelledLine):
     form = "Pname a1 a2 .. against b1 b2 .. against model [len=]"
     terminals = tuple(f"n{k}" for k in range(1, 2 * MOST + 3))
     least = 4
-    instance: ClassVar[dict[str, Param]] = {
+    instance = named(
         **SingleLine.instance,
-        "dimension": Param("number of conductors, which the nodes tell too"),
-    }
-    model_types: ClassVar[tuple[str, ...]] = ("cpl",)
+        dimension=Param("number of conductors, which the nodes tell too"),
+    )
+    model_types = ("cpl",)
     model_form = "cpl(r=.. l=.. g=.. c=.. length=), each row by row from the diagonal on"
-    long_names: ClassVar[tuple[str, ...]] = ("len", "length")
-    model_words: ClassVar[dict[str, Param]] = {
-        "r": Param("resistances of a length: the rows of the matrix from the diagonal on, or the diagonal", "Ohm/m"),
-        "l": Param("inductances of a length, likewise", "H/m"), "g": Param("conductances of a length, likewise", "S/m"),
-        "c": Param("capacitances of a length, likewise; between two conductors negative, as Maxwell has them", "F/m"),
+    long_names = ("len", "length")
+    model_words = named(
+        r=Param("resistances of a length: the rows of the matrix from the diagonal on, or the diagonal", "Ohm/m"),
+        l=Param("inductances of a length, likewise", "H/m"), g=Param("conductances of a length, likewise", "S/m"),
+        c=Param("capacitances of a length, likewise; between two conductors negative, as Maxwell has them", "F/m"),
         **LENGTH,
-    }  # fmt: skip
+    )  # fmt: skip
 
     def modes(self) -> list[Mode]:
         import numpy as np

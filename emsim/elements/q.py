@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .base import Param
+from .base import Param, named
 from .compiled import Compiled
 
 TYPE_CHECKING = False
@@ -23,21 +23,21 @@ class Bipolar(Compiled):
     least = 3
     usual = 3
     positional = ("area",)
-    sorts: ClassVar[dict[str, tuple[str, float]]] = {
-        "npn": ("bjt", 1.0),
-        "pnp": ("bjt", -1.0),
-        "lpnp": ("bjt", -1.0),
-    }
+    sorts = named(
+        npn=("bjt", 1.0),
+        pnp=("bjt", -1.0),
+        lpnp=("bjt", -1.0),
+    )
     levels: ClassVar[dict[int, str]] = {1: "bjt", 2: "bjt", 4: "vbic", 8: "hicum", 9: "vbic"}
     model_types = tuple(sorts)
-    instance: ClassVar[dict[str, Param]] = {
-        **Compiled.instance, "area": Param("area of the emitter, in units of the model's", default=1.0),
-        "areab": Param("area of the base (default: area)"), "areac": Param("area of the collector (default: area)"),
-    }  # fmt: skip
+    instance = named(
+        **Compiled.instance, area=Param("area of the emitter, in units of the model's", default=1.0),
+        areab=Param("area of the base (default: area)"), areac=Param("area of the collector (default: area)"),
+    )  # fmt: skip
     current_name = "ic"
     currents = ("ic", "ib", "ie", "is")
     charging: ClassVar[dict[str, str]] = {f"c{q}": q for q in ("qbe", "qbc", "qbx", "qsub")}
-    aliases: ClassVar[dict[str, str]] = {"csub": "capsub"}
+    aliases = named(csub="capsub")
     may_lack = 1
     at_ground = True
 

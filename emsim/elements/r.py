@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from ..expr import Node
-from .base import Param, ignored
+from .base import Param, ignored, named
 from .passive import FILAMENT, LENGTH, OF_MODEL, SCALED, WIDTH, Passive
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, ClassVar
+    from typing import Any
 
     from .._engine import Expr
     from ..assemble.context import Context
@@ -28,23 +28,23 @@ class Resistor(Passive):
     quantity_name = "resistance"
     value_names = ("resistance",)
     plain = ("resistor", 4, True)
-    instance: ClassVar[dict[str, Param]] = {
-        **SCALED, "ac": Param("resistance to small signals", "Ohm"), "l": LENGTH, "w": WIDTH,
-        "resistance": Param("resistance", "Ohm"),
-        "noisy": Param("0: it makes no noise", default=1.0), "noise": Param("noisy= by another name"),
-    }  # fmt: skip
+    instance = named(
+        **SCALED, ac=Param("resistance to small signals", "Ohm"), l=LENGTH, w=WIDTH,
+        resistance=Param("resistance", "Ohm"),
+        noisy=Param("0: it makes no noise", default=1.0), noise=Param("noisy= by another name"),
+    )  # fmt: skip
     model_types = ("r", "res")
-    model_words: ClassVar[dict[str, Param]] = {
-        "r": Param("resistance", "Ohm"), "res": Param("resistance", "Ohm"), "resistance": Param("resistance", "Ohm"),
-        "rsh": Param("sheet resistance", "Ohm"),
-        "l": LENGTH, "w": WIDTH, "defw": Param("width where none is given", "m", FILAMENT),
-        "narrow": Param("etched off the width", "m", 0.0), "short": Param("etched off the length", "m", 0.0),
-        **OF_MODEL, **ignored("bv_max"), "kf": Param("1/f noise: kf |i|^af / (l^lf w^wf f^ef)", default=0.0),
+    model_words = named(
+        r=Param("resistance", "Ohm"), res=Param("resistance", "Ohm"), resistance=Param("resistance", "Ohm"),
+        rsh=Param("sheet resistance", "Ohm"),
+        l=LENGTH, w=WIDTH, defw=Param("width where none is given", "m", FILAMENT),
+        narrow=Param("etched off the width", "m", 0.0), short=Param("etched off the length", "m", 0.0),
+        **OF_MODEL, **ignored("bv_max"), kf=Param("1/f noise: kf |i|^af / (l^lf w^wf f^ef)", default=0.0),
         **{key: Param(f"1/f noise: exponent of the {of}", default=by)
            for key, of, by in (("af", "current", 2.0), ("lf", "length", 1.0), ("wf", "width", 1.0), ("ef", "frequency", 1.0))},
-        "dw": Param("narrow= by another name", "m", 0.0), "dlr": Param("short= by another name", "m", 0.0),
-        "tc1r": OF_MODEL["tc1"], "tc2r": OF_MODEL["tc2"], "tce": SCALED["tce"],
-    }  # fmt: skip
+        dw=Param("narrow= by another name", "m", 0.0), dlr=Param("short= by another name", "m", 0.0),
+        tc1r=OF_MODEL["tc1"], tc2r=OF_MODEL["tc2"], tce=SCALED["tce"],
+    )  # fmt: skip
     jumps = 1
     big = (1.0, "M", "milliohm", "megohm", "Meg")
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from .base import Param
+from .base import Param, named
 from .switches import Switch
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, ClassVar
+    from typing import Any
 
     from .._engine import Expr
     from ..assemble.context import Context
@@ -26,11 +26,11 @@ class VoltageSwitch(Switch):
     smooth_on = 1.0
     knows_on_at_rest = True
     model_types = ("sw", "vswitch")
-    model_words: ClassVar[dict[str, Param]] = {
-        "vt": Param("threshold", "V", 0.0), "vh": Param("half of the hysteresis", "V", 0.0),
-        "ron": Param("resistance when on", "Ohm", 1.0), "roff": Param("resistance when off", "Ohm"),
-        "von": Param("fully on there; with it the resistance turns smoothly", "V"), "voff": Param("fully off there", "V"),
-    }  # fmt: skip
+    model_words = named(
+        vt=Param("threshold", "V", 0.0), vh=Param("half of the hysteresis", "V", 0.0),
+        ron=Param("resistance when on", "Ohm", 1.0), roff=Param("resistance when off", "Ohm"),
+        von=Param("fully on there; with it the resistance turns smoothly", "V"), voff=Param("fully off there", "V"),
+    )  # fmt: skip
 
     def take_control(self, ch: list[Any]) -> list[Any]:
         return self.take_nodes(ch, 4)

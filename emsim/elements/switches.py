@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import math
 
-from .base import Element, Param
+from .base import Element, Param, named
 from .r import LEAST_RESISTANCE
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, ClassVar
+    from typing import Any
 
     from .._engine import Expr
     from ..assemble.context import Context
@@ -33,7 +33,7 @@ class Switch(Element):
     __slots__ = ()
     smooth_on: float  # von, ion where not given
     unit_letter: str  # of vt, vh, von, voff or it, ih, ion, ioff
-    instance: ClassVar[dict[str, Param]] = {"on": Param("on at the start"), "off": Param("off at the start")}
+    instance = named(on=Param("on at the start"), off=Param("off at the start"))
     knows_on_at_rest: bool
     jumps = 11
 

@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import cmath
 
-from .base import Element, Param, Path
+from .base import Element, Param, Path, named
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
     from .._engine import Expr
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
@@ -31,12 +29,12 @@ class Line(Element):
     law = "v1 - z0 i1 is v2 + z0 i2 a time td ago, and the other way round"
     terminals = ("a+", "a-", "b+", "b-")
     accounted = "supplied"
-    instance: ClassVar[dict[str, Param]] = {
-        "z0": Param("characteristic impedance", "Ohm"), "zo": Param("z0= by another name", "Ohm"),
-        "td": Param("delay", "s"), "f": Param("frequency at which it is nl wavelengths long", "Hz"),
-        "nl": Param("wavelengths at f", default=QUARTER),
-        "ic": Param("v1, i1, v2, i2 before a start with uic", "V, A, V, A"),
-    }  # fmt: skip
+    instance = named(
+        z0=Param("characteristic impedance", "Ohm"), zo=Param("z0= by another name", "Ohm"),
+        td=Param("delay", "s"), f=Param("frequency at which it is nl wavelengths long", "Hz"),
+        nl=Param("wavelengths at f", default=QUARTER),
+        ic=Param("v1, i1, v2, i2 before a start with uic", "V, A, V, A"),
+    )  # fmt: skip
 
     @property
     def impedance(self) -> float:

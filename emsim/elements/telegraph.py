@@ -76,10 +76,8 @@ class Mode:
 def _sum(factors: list[float], of: list[Expr]) -> Expr:
     if factors == [1.0]:
         return of[0]
-    total = factors[0] * of[0]
-    for factor, one in zip(factors[1:], of[1:], strict=True):
-        total = total + factor * one
-    return total
+    first, *rest = (factor * one for factor, one in zip(factors, of, strict=True))
+    return sum(rest, first)
 
 
 class Telegraph:

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import math
 
-from .base import Element, Param, Path
+from .base import Element, Param, Path, named
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from typing import Any, ClassVar
+    from typing import Any
 
     from .._engine import Expr
     from ..assemble.accounts import Accounts
@@ -29,16 +29,16 @@ class RcLine(Element):
     law = "lumps of r and c from both ends inwards, growing by the factor k of the model"
     terminals = ("n1", "n2", "ground")
     behind = ("model",)
-    instance: ClassVar[dict[str, Param]] = {
-        "l": Param("length", "m"), "n": Param("number of lumps; without it by fmax of the model"),
-    }  # fmt: skip
+    instance = named(
+        l=Param("length", "m"), n=Param("number of lumps; without it by fmax of the model"),
+    )  # fmt: skip
     model_types = ("urc",)
-    model_words: ClassVar[dict[str, Param]] = {
-        "k": Param("factor from one lump to the next", default=1.5), "fmax": Param("largest frequency", "Hz", 1e9),
-        "rperl": Param("resistance of a length", "Ohm/m", 1000.0), "cperl": Param("capacitance of a length", "F/m", 1e-15),
-        "isperl": Param("saturation current of a length, of diodes in place of capacitors", "A/m"),
-        "rsperl": Param("series resistance of these diodes", "Ohm/m"),
-    }  # fmt: skip
+    model_words = named(
+        k=Param("factor from one lump to the next", default=1.5), fmax=Param("largest frequency", "Hz", 1e9),
+        rperl=Param("resistance of a length", "Ohm/m", 1000.0), cperl=Param("capacitance of a length", "F/m", 1e-15),
+        isperl=Param("saturation current of a length, of diodes in place of capacitors", "A/m"),
+        rsperl=Param("series resistance of these diodes", "Ohm/m"),
+    )  # fmt: skip
 
     def check(self, ctx: Context) -> None:
         super().check(ctx)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from .base import VOLTAGE, Param, Path
+from .base import VOLTAGE, Param, Path, named
 from .independent import DISTORTION, Independent
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
 
@@ -23,12 +21,12 @@ class VoltageSource(Independent):
     form = Independent.form.format("V")
     law = "v = e(t)"
     unit = "V"
-    instance: ClassVar[dict[str, Param]] = {
-        "portnum": Param("number of a port, which has the resistance z0 in series"),
-        "z0": Param("resistance of a port", "Ohm", 0.0),
-        "pwr": Param("power of a port's wave, which transients do not have yet", "W", 1e-3),
-        "freq": Param("its frequency", "Hz"), "phase": Param("its phase", "deg"), **DISTORTION,
-    }  # fmt: skip
+    instance = named(
+        portnum=Param("number of a port, which has the resistance z0 in series"),
+        z0=Param("resistance of a port", "Ohm", 0.0),
+        pwr=Param("power of a port's wave, which transients do not have yet", "W", 1e-3),
+        freq=Param("its frequency", "Hz"), phase=Param("its phase", "deg"), **DISTORTION,
+    )  # fmt: skip
     current_name = ""
     holds_voltage = True
     jumps = 5

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from .base import Param
+from .base import Param, named
 from .controlled import current_of, sum_of
 from .switches import Switch
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, ClassVar
+    from typing import Any
 
     from .._engine import Expr
     from ..assemble.context import Context
@@ -27,11 +27,11 @@ class CurrentSwitch(Switch):
     smooth_on = 1e-3
     knows_on_at_rest = False
     model_types = ("csw", "iswitch")
-    model_words: ClassVar[dict[str, Param]] = {
-        "it": Param("threshold", "A", 0.0), "ih": Param("half of the hysteresis", "A", 0.0),
-        "ron": Param("resistance when on", "Ohm", 1.0), "roff": Param("resistance when off", "Ohm"),
-        "ion": Param("fully on there; with it the resistance turns smoothly", "A"), "ioff": Param("fully off there", "A"),
-    }  # fmt: skip
+    model_words = named(
+        it=Param("threshold", "A", 0.0), ih=Param("half of the hysteresis", "A", 0.0),
+        ron=Param("resistance when on", "Ohm", 1.0), roff=Param("resistance when off", "Ohm"),
+        ion=Param("fully on there; with it the resistance turns smoothly", "A"), ioff=Param("fully off there", "A"),
+    )  # fmt: skip
 
     def take_control(self, ch: list[Any]) -> list[Any]:
         rest = self.take_nodes(ch, 2)

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from .base import Param
+from .base import Param, named
 from .o import OF_LENGTH, ModelledLine
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
 
 LENGTH = {"length": Param("length", "m"), "len": Param("length= by another name", "m")}
 
@@ -18,10 +14,10 @@ class SingleLine(ModelledLine):
     what = "single lossy line"
     form = "Yname a+ a- b+ b- model [len=]"
     terminals = ("a+", "a-", "b+", "b-")
-    instance: ClassVar[dict[str, Param]] = {
-        "len": Param("length, in place of the model's", "m"), "length": Param("len= by another name", "m"),
-    }  # fmt: skip
-    model_types: ClassVar[tuple[str, ...]] = ("txl",)
+    instance = named(
+        len=Param("length, in place of the model's", "m"), length=Param("len= by another name", "m"),
+    )  # fmt: skip
+    model_types = ("txl",)
     model_form = "txl(r= l= g= c= length=)"
-    long_names: ClassVar[tuple[str, ...]] = ("len", "length")
-    model_words: ClassVar[dict[str, Param]] = {**OF_LENGTH, **LENGTH}
+    long_names = ("len", "length")
+    model_words = named(**OF_LENGTH, **LENGTH)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from .base import named
 from .compiled import Compiled
 from .j import Jfet
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import ClassVar
-
-    from .base import Param
 
 
 class Mesfet(Jfet):
@@ -18,11 +17,11 @@ class Mesfet(Jfet):
     what = "MESFET"
     form = "Zname drain gate source model [area] [off] [ic=] [m=]"
     law = "Statz: id = beta (vgs - vto)^2/(1 + b (vgs - vto)) (1 + lambda vds), saturating with alpha: the module mesfet"
-    sorts: ClassVar[dict[str, tuple[str, float]]] = {
-        "nmf": ("mesfet", 1.0), "pmf": ("mesfet", -1.0), "nhfet": ("hfet1", 1.0), "phfet": ("hfet1", -1.0),
-    }  # fmt: skip
+    sorts = named(
+        nmf=("mesfet", 1.0), pmf=("mesfet", -1.0), nhfet=("hfet1", 1.0), phfet=("hfet1", -1.0),
+    )  # fmt: skip
     levels: ClassVar[dict[int, str]] = {
         1: "mesfet", 2: "mesa", 3: "mesa", 4: "mesa", 5: "hfet1", 6: "hfet2",
     }  # fmt: skip
     model_types = tuple(sorts)
-    instance: ClassVar[dict[str, Param]] = {**Compiled.instance, "area": Jfet.instance["area"]}
+    instance = named(**Compiled.instance, area=Jfet.instance["area"])

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from ..analyses import Tran
     from ..assemble import Assembly, Context, Output
-    from ..deck import FlatDeck
+    from ..elaborate.flat import FlatDeck
 
 RELTOL = 1e-6
 STEP = 1e-4  # of a quantity

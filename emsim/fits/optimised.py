@@ -77,7 +77,7 @@ def optimise(
     """
     import numpy as np
 
-    from ..diagnostics import deck_error, suggest
+    from ..diagnostics import deck_error, did_you_mean
 
     asked = quantities.read(vary)
     wanted = [aims.read(text) for text in ((goals,) if isinstance(goals, str) else goals)]
@@ -93,8 +93,7 @@ def optimise(
     deck = Measures(task)
     for name in (*(goal.measure for goal in wanted), *([aim] if aim else [])):
         if name not in deck.names:
-            near = suggest(name, deck.names)
-            hint = f"did you mean `{near}`?" if near else "there are " + ", ".join(deck.names)
+            hint = did_you_mean(name, deck.names, "there are " + ", ".join(deck.names))
             deck_error("E438", f"the deck has no .meas `{name}`", hint=hint)
     from ..elaborate.quantity import value
 

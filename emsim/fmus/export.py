@@ -126,11 +126,8 @@ def opened(
     """The deck with what its .fmu card and `more` name, compiled. Raises DeckError."""
     flat, params = read(load(source, defines), options, more)
     if not flat.fmu["out"]:
-        said, hint = (
-            "nothing is asked of the FMU: it has no output",
-            "name some: .fmu out=v(out),angle(arm), or --out",
-        )
-        deck_error("E383", said, None, hint)
+        hint = "name some: .fmu out=v(out),angle(arm), or --out"
+        deck_error("E383", "nothing is asked of the FMU: it has no output", None, hint)
     flat.is_drawn = False
     assembly, model, taken = prepare(flat, dict(options or {}), params, Model)
     variables = listed(assembly, model, taken)
@@ -165,10 +162,16 @@ def stamped(assembly: Assembly, tran: Model, of: list[Variable]) -> tuple[bytes,
 
 
 def packed(assembly: Assembly, tran: Model, of: list[Variable], token: str = "") -> bytes:
-    """The model as bytes."""
+    """The model as bytes. Raises DeckError (E381) where an output follows from a slope that an input leaves open."""
     inputs = [(v.name, float(v.start or 0.0), v.variability) for v in given(of)]
     outputs = [(o.expr, o.name) for o in assembly.outputs[tran] if o.expr is not None]
-    return pack(assembly, tran, inputs, outputs, token)
+    made, impeding = pack(assembly, tran, inputs, outputs, token)
+    for name, shown in impeding:
+        follows = f"`{shown}` follows" if shown else "conditions of the deck follow"
+        said = f"`{name}` cannot come from outside: {follows} from slopes that it leaves open"
+        hint = "a loop of capacitors and voltages, or a cutset of coils and currents, holds it: put a resistance in there"
+        deck_error("E381", said, _asked(assembly, name), hint)
+    return made
 
 
 def given(of: list[Variable]) -> list[Variable]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from ..analyses.afterwards import condition
 from ..analyses.failure import CODES
 from ..analyses.tran import Tran
-from ..deck import FlatDeck
 from ..diagnostics import Sink, deck_error
+from ..elaborate.flat import FlatDeck
 from ..expr import OUTSIDE
 from ..pipeline import flatten
 from . import ports
@@ -95,9 +95,9 @@ def pack(
     inputs: Sequence[tuple[str, float, str]],
     outputs: Sequence[tuple[Expr, str]],
     token: str,
-) -> bytes:
-    """The model as bytes: inputs by name, value where nothing is said, and when they vary in FMI's words; outputs by
-    expression and name; `token`: by which the engine knows the description that belongs to it."""
+) -> tuple[bytes, list[tuple[str, str | None]]]:
+    """The model as bytes, and inputs that keep hidden constraints from being differentiated, each with an output that shows it.
+    Inputs by name, value where nothing is said, and when they vary; `token`: by which the engine knows its description."""
     ctx = assembly.ctx
     wave = {name.removeprefix(OUTSIDE): k for name, k in ctx.inputs.items()}
     names = assembly.system.flag_names

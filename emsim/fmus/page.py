@@ -2,7 +2,8 @@
 numbers of machine cards, where the machine starts, and hands on bodies and switches (assemble/hands.py).
 
 What cannot be left open is left out: values that decide over the structure of the equations (a length of a closed loop, a ratio
-that folds a joint away), and those that a card takes as plain numbers.
+that folds a joint away), those that a card takes as plain numbers, and those that keep a hidden constraint from being
+differentiated (engine/src/packed/impeding.rs).
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ class Computing:
     """`packed`: the model as bytes; `inputs`: (name, unit, start, what it is); `places`: of coordinates (name, unit, start, what
     it is, unknown, speed or -1), the places by which a body of the scene is moved as `grips`; `hands`: the inputs behind those;
     `columns`: names of its outputs; `scene` and `circuit`: what the drawings are made of, whose channels stand behind the
-    columns."""
+    columns; `impeding`: inputs with which it would not be what the deck gives with numbers in their place."""
 
     def __init__(self, deck: _Opened) -> None:
         assembly, tran = deck.assembly, deck.tran
@@ -93,7 +94,8 @@ class Computing:
         self.grips: dict[int, list[int]] = {}
         if assembly.machine is not None and drawing is not None:
             self._movable(assembly.machine, drawing.names)
-        self.packed = pack(assembly, tran, [*taken, *((name, 0.0, "tunable") for name in held)], outputs, "")
+        taken += [(name, 0.0, "tunable") for name in held]
+        self.packed, self.impeding = pack(assembly, tran, taken, outputs, "")
 
     def _movable(self, machine: Mechanism, names: Sequence[str]) -> None:
         self.mass = hands.mass(machine)
@@ -140,7 +142,7 @@ def engine(
 
 
 class _Opened:
-    """A deck of which these names are open; `whole`: with hands, and accounts of `energy`. Raises DeckError."""
+    """A deck of which these names are open, with hands and accounts of energy where asked for. Raises DeckError."""
 
     def __init__(
         self,
@@ -148,17 +150,15 @@ class _Opened:
         names: Sequence[str],
         defines: Mapping[str, Any],
         options: Mapping[str, Any],
-        whole: bool,
-        energy: bool = False,
+        held: bool,
+        energy: bool,
     ) -> None:
         flat, params = read(load(source, defines), options, {"tune": ports.given([" ".join(names)], False)})
         flat.fmu = {"tune": flat.fmu["tune"]}
         flat.is_drawn = True
         self.measures = [_measure(card) for card in flat.measures if card.analysis in ("", "tran")]
-        self.hands = hands.wanted(flat) if whole else []
-        self.assembly, self.tran, self.ports = prepare(
-            flat, dict(options), params, Drawn, self.hands, whole and energy
-        )
+        self.hands = hands.wanted(flat) if held else []
+        self.assembly, self.tran, self.ports = prepare(flat, dict(options), params, Drawn, self.hands, energy)
         unread = {p.name for p in self.ports} - {
             name.removeprefix("input ") for name in self.assembly.ctx.inputs
         }
@@ -175,27 +175,30 @@ def computing(
     if table.kind != "tran" or table.steps or not table.axis:
         return None
 
-    def opened(names: Sequence[str], whole: bool = False) -> _Opened | None:
+    def opened(names: Sequence[str], held: bool = False, whole: bool = False) -> _Opened | None:
         try:
-            return _Opened(source, names, defines, options, whole, table.energy is not None)
+            return _Opened(source, names, defines, options, held, whole and table.energy is not None)
         except DeckError:
             return None
 
     def possible(before: Sequence[str], more: Sequence[str]) -> list[str]:
         """Those of `more` that can be open too."""
-        return (
-            list(more)
-            if not more or opened([*before, *more])
-            else [name for name in more if opened([*before, name])]
-        )
+        every = not more or opened([*before, *more])
+        return list(more) if every else [name for name in more if opened([*before, name])]
 
     params = possible([], _parameters(source, defines, options))
     names = [*params, *possible(params, _lines(source, params, defines, options))]
-    deck = opened(names, True)
-    while deck is not None and deck.lost and deck.ports:
-        names = [name for name in names if name not in deck.lost]
-        deck = opened(names, True)
-    return Computing(deck) if deck is not None else None
+    held = True
+    while (deck := opened(names, held, True)) is not None:
+        found = None if deck.ports and deck.lost else Computing(deck)
+        if found is not None and not found.impeding:
+            return found
+        kept = [name for name in names if name not in (deck.lost if found is None else dict(found.impeding))]
+        if len(kept) == len(names) and not held:
+            return None
+        # where nothing of it can be given up, hands are in the way
+        names, held = kept, held and len(kept) < len(names)
+    return None
 
 
 def _parameters(source: Source, defines: Mapping[str, Any], options: Mapping[str, Any]) -> list[str]:

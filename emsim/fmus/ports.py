@@ -18,7 +18,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from ..deck import FlatDeck, MachineCard
+    from ..deck import MachineCard
+    from ..elaborate.flat import FlatDeck
     from ..elements import Element
 
 # list of .fmu -> causality and variability, in the words of FMI

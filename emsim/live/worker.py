@@ -34,8 +34,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any, BinaryIO
 
-    from ..deck import Deck, FlatDeck, Param
+    from ..deck import Deck, Param
     from ..diagnostics import Fix
+    from ..elaborate.flat import FlatDeck
     from .values import Place
 
     Job = dict[str, Any]

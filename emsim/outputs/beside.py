@@ -47,6 +47,12 @@ class replacing:
             remove(self.beside)
 
 
+def write_text(path: str, text: str) -> None:
+    """A whole text in the place of a file. OSError."""
+    with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
+        file.write(text)
+
+
 def create(path: str) -> None:
     """An empty file; nobody else's of that name, nor where a link of that name leads. OSError."""
     remove(path)

@@ -24,7 +24,7 @@ from zlib import compress, decompress
 
 from .. import functions
 from ..diagnostics import render_text
-from .beside import replacing
+from .beside import write_text
 from .thin import size, thinned
 
 TYPE_CHECKING = False
@@ -87,9 +87,8 @@ def write(
     OSError as open() raises it; ValueError when no analysis ran."""
     if not result.plots:
         raise ValueError("no analysis ran, so there is nothing to show")
-    with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
-        run = document(result, deck or result.deck, sheets, MOST)
-        file.write(page(run if engine is None else {**run, "engine": engine}))
+    run = document(result, deck or result.deck, sheets, MOST)
+    write_text(path, page(run if engine is None else {**run, "engine": engine}))
 
 
 def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence[str] = STYLES) -> str:
@@ -251,12 +250,20 @@ def single(values: Sequence[float]) -> array[float]:
 
 
 def _scene(scene: Scene, time: array[float], rows: Sequence[int], most: float) -> dict[str, Any]:
-    axis, columns = array("d", (time[r] for r in rows)), []
-    for k in range(scene.waves.columns):
+    axis, columns, channels = array("d", (time[r] for r in rows)), [], []
+    for k, channel in enumerate(scene.data["channels"]):
         column = array("d")
         column.frombytes(scene.waves.column(k))
         columns.append(array("f", (column[r] for r in rows)))
-    found = {**scene.data, "rows": len(rows), "axis": pack(axis), "packed": [*map(pack, columns)]}
+        # arrows are drawn in parts of the largest value, whichever rows are kept
+        channels.append({**channel, "top": max(map(abs, filter(isfinite, column)), default=0.0)})
+    found = {
+        **scene.data,
+        "channels": channels,
+        "rows": len(rows),
+        "axis": pack(axis),
+        "packed": [*map(pack, columns)],
+    }
     if sum(map(size, found["packed"])) > most:
         found.update(thinned(axis, columns, (), most) or {})
     return found

@@ -206,15 +206,11 @@ class Net:
         return to_text(self._translate(ast))
 
     def refuse(self, card: Card, why: str = "has no counterpart in a circuit") -> None:
-        raise DeckError(
-            Diagnostic(
-                "error",
-                "E311",
-                f"{card.spec.word} {card.name} {why}",
-                card.span,
-                "an analogue exists for machines of one dimension: rotors, gears, springs, dampers, motors, pots",
-            )
+        said = f"{card.spec.word} {card.name} {why}"
+        hint = (
+            "an analogue exists for machines of one dimension: rotors, gears, springs, dampers, motors, pots"
         )
+        raise DeckError(Diagnostic("error", "E311", said, card.span, hint))
 
     # the deck ---------------------------------------------------------------------------------------------
 

@@ -340,11 +340,11 @@ class Explained:
         for card, effort, flow in m.efforts:
             spread(flow, us, forces, effort, card, "P")
         drift: list[list[Part]] = [[] for _ in own]
-        for row in m.rows:
-            for slopes, unknown, into, word in (
-                (b.grad(m.rate(row.h), us), row.row, forces, "reaction of"),
-                (m.along_speeds(row.h), row.mu_row, drift, "correction for"),
-            ):
+        for row, rate in zip(m.rows, m.row_rates(m.rows), strict=True):
+            entered = [(b.grad(rate, us), row.row, forces, "reaction of")]
+            if not row.of_speeds:
+                entered.append((m.along_speeds(row.h), row.mu_row, drift, "correction for"))
+            for slopes, unknown, into, word in entered:
                 for k, poly in enumerate(map(a.of, m.public_all([b.x(unknown) * d for d in slopes]))):
                     if poly.terms:
                         into[k].append(Part(row.owner, poly, False, False, f"{word} {row.owner}"))
@@ -377,12 +377,15 @@ class Explained:
             title = f"coordinates of {row.owner} have length 1"
             yield Row(row.mu_row, CLOSURE, title, [Part(row.owner, a.of(m.public(row.h)))], [])
         for row in m.rows:
-            rate, gap = m.public_all([m.rate(row.h), row.h])
+            rate, gap = m.public_all([*m.row_rates([row]), row.h])
             label = {"x": "along x", "y": "along y", "z": "along z"}.get(row.label, row.label)
-            yield Row(row.mu_row, CLOSURE, f"{row.owner} closes, {label}", [Part(row.owner, a.of(gap))], [])
-            yield Row(
-                row.row, CLOSURE, f"{row.owner} stays closed, {label}", [Part(row.owner, a.of(rate))], []
+            if not row.of_speeds:
+                title = f"{row.owner} closes, {label}"
+                yield Row(row.mu_row, CLOSURE, title, [Part(row.owner, a.of(gap))], [])
+            title = (
+                f"speeds at {row.owner}, {label}" if row.of_speeds else f"{row.owner} stays closed, {label}"
             )
+            yield Row(row.row, CLOSURE, title, [Part(row.owner, a.of(rate))], [])
 
     # energies --------------------------------------------------------------------------------------
 

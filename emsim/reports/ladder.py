@@ -29,7 +29,7 @@ from statistics import median
 from time import perf_counter, thread_time
 
 from ..analyses import transients
-from ..diagnostics import DeckError, Diagnostic, DiagnosticError, suggest
+from ..diagnostics import DeckError, Diagnostic, DiagnosticError, did_you_mean
 from ..result import Table
 from .work_precision import Point, Series, exponent, front, near
 
@@ -113,8 +113,7 @@ class Problem:
             plain = {"".join(name.split()).lower(): name for name in columns}
             for name in signals:
                 if name not in plain:
-                    near = suggest(name, columns)
-                    hint = f"did you mean {near}?" if near else f"there are {', '.join(columns[:20])}"
+                    hint = did_you_mean(name, columns, f"there are {', '.join(columns[:20])}", "{}")
                     raise DeckError(Diagnostic("error", "E351", f"no column {name} in this deck", None, hint))
             return [plain[name] for name in signals]
         states = self.states(self.assembly)

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..assemble import Assembly
-    from ..deck import FlatDeck
     from ..diagnostics import Span
+    from ..elaborate.flat import FlatDeck
     from ..source import SourceFile
     from .equations import Explained, Part
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
     from typing import Any
 
-    from ..deck import FlatDeck
+    from ..elaborate.flat import FlatDeck
     from .circuit import Circuit
     from .symbols import Symbol
 

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
     from typing import Any
 
-    from ..deck import FlatDeck, MachineCard
+    from ..deck import MachineCard
+    from ..elaborate.flat import FlatDeck
     from ..elements import Element
     from .symbols import Symbol
 

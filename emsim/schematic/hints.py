@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from ..diagnostics import suggest
+from ..diagnostics import did_you_mean
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -38,7 +38,6 @@ def hints(file: SourceFile, names: Iterable[str], sink: Sink | None = None) -> l
         if missing is None:
             found.append((where.split()[0], a, b))
         elif sink is not None:
-            near = suggest(missing, known)
             said = f"a hint to the drawing names `{missing}`, which the deck does not have"
-            sink.warning("W350", said, span, f"did you mean `{near}`?" if near else FORM)
+            sink.warning("W350", said, span, did_you_mean(missing, known, FORM))
     return found

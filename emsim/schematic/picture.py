@@ -15,7 +15,7 @@ from __future__ import annotations
 from itertools import pairwise
 from math import ceil
 
-from ..diagnostics import DeckError, deck_error, suggest
+from ..diagnostics import DeckError, deck_error, did_you_mean
 from .back import differences, gap, listing
 from .layout import LINE, MOST, TEXTBOOK, Layout, turned, wide
 from .symbols import UNIT, ground
@@ -24,8 +24,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from ..deck import FlatDeck
     from ..diagnostics import Sink
+    from ..elaborate.flat import FlatDeck
     from .circuit import Circuit
     from .layout import Laid
 
@@ -221,14 +221,7 @@ def draw(flat: FlatDeck, look: str = "ansi", inside: str = "", sink: Sink | None
 
     uses = [name for name, *_ in flat.uses]
     if inside and inside not in uses:
-        near = suggest(inside, uses)
-        hint = (
-            f"did you mean `{near}`?"
-            if near
-            else f"there are {', '.join(uses)}"
-            if uses
-            else "the deck uses none"
-        )
+        hint = did_you_mean(inside, uses, f"there are {', '.join(uses)}" if uses else "the deck uses none")
         deck_error("E371", f"no use of a subcircuit is called `{inside}`", None, hint)
     circuit = Circuit(flat, inside)
     if not circuit.parts:

@@ -23,11 +23,10 @@ MOST_FAILED = 20
 
 def write(swept: Swept, path: str, goals: Sequence[Goal] = ()) -> None:
     """Raises OutsideError where matplotlib is not installed, ValueError, OSError."""
-    from ..outputs.beside import replacing
+    from ..outputs.beside import write_text
 
     text = page(swept, goals)
-    with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
-        file.write(text)
+    write_text(path, text)
 
 
 def page(swept: Swept, goals: Sequence[Goal] = ()) -> str:

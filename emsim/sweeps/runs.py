@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import Any
 
-    from ..deck import Deck, FlatDeck
+    from ..deck import Deck
     from ..draws import Draws
+    from ..elaborate.flat import FlatDeck
     from ..result import Result
 
 

@@ -60,7 +60,8 @@ def main() -> None:
             start = None if determined else own_start(net, result)
             largest = np.abs(net.solution(np.arange(0.01, SPAN, 0.11), start)).max(axis=0)
             off, name, at = worst_row(net, result, reltol, largest, start)
-            told = [d.code for d in result.diagnostics if d.code in TOLD]
+            # (N402: trap says of itself that it does not hold a tolerance below 1e-4)
+            told = [d.code for d in result.diagnostics if d.code in (*TOLD, "N402")]
             right = off <= MOST
             counts["right" if right else "told" if told else "wrong"] += 1
             if given.show and not right:

@@ -8,11 +8,13 @@ import pytest
 import watch
 
 # What is told wrong, see the numerics chapter: a large swing's period follows its amplitude, and what steps that follow
-# the swing take of it is not foreseen (order 2 at 1e-3: 12 % told of 27 %); 760 steps show a third of themselves; at a quality
-# of 10 or 15 a few coarse periods are all there is (order 2 at 1e-3: 3 % told of 6.5 %).
+# the swing take of it is not foreseen (order 2 at 1e-3: 12 % told of 27 %; esdirk with nine steps a swing: none of 10 %);
+# 760 steps show a third of themselves; at a quality of 10 or 15 a few coarse periods are all there is (order 2 at 1e-3:
+# 3 % told of 6.5 %).
 KNOWN = {
     ("pendulum 90 deg", "trap", 1e-4): "silence",
     ("pendulum 90 deg", "gear", 1e-3): "silence",
+    ("pendulum 90 deg", "esdirk", 1e-2): "silence",
     ("pendulum 90 deg", "gear 2", 1e-3): "factor",
     ("pendulum 90 deg", "trbdf2", 1e-3): "factor",
     ("tank after a step", "gear 2", 1e-2): "factor",

@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2] / "netlists"
 # decks that draw every kind of shape between them
 DECKS = [
     "coupled/pendulum_servo", "coupled/slider_crank_hbridge", "coupled/voice_coil", "lessons/05_gear", "lessons/06_pot",
-    "mechanical/ref_andrews_squeezer", "mechanical/lead_screw", "mechanical/ref_four_bar",
+    "mechanical/ref_andrews_squeezer", "mechanical/lead_screw", "mechanical/ref_four_bar", "mechanical/car_differential",
 ]  # fmt: skip
 BENCH = """what the decks leave out
 .gravity 9.81
@@ -29,6 +29,9 @@ BODY cart shape=box(0.1,0.05) m=1
 BODY rotor m=0 j=1m
 BODY ball m=1 shape=disc(0.02)
 BODY follower m=0.1
+BODY skate m=1 j=0.01
+JOINT ice 0 skate planar ic=(0.6,-0.3,20deg)
+KNIFE blade skate 0 along=(1,0)
 JOINT hinge 0 arm pin zero=-90deg ic=10deg
 JOINT axle 0(0.4,0) wheel pin
 JOINT rail 0(0,-0.4) cart slide

@@ -437,3 +437,17 @@ def test_the_deck_is_edited_in_its_page(edited: Any, watch: Any) -> None:
     text.press("Control+s")
     until(page, "() => document.getElementById('desk').textContent.includes('changed')")
     assert "len=0.31" in deck.read_text()
+
+
+def test_a_button_mends_what_the_message_is_about(edited: Any, watch: Any) -> None:
+    deck, url, _ = edited
+    page = watch(url)
+    until(page, SHOWN)
+    deck.write_text(DECK.replace("m={m}", "m={mm}"))
+    page.locator("#said .mend").first.wait_for()
+    page.locator("#said .mend").first.click()
+    text = page.get_by_label("the deck's text")
+    assert text.input_value() == DECK
+    text.press("Control+s")
+    page.locator("#said").wait_for(state="hidden")
+    assert deck.read_text() == DECK

@@ -81,6 +81,7 @@ def test_a_label_follows_its_slider_and_its_line_goes_into_the_deck(moved: Calla
     )
     assert "4.7 µF" in labels
     seen.get_by_label("c1 into the deck's text").click()
+    seen.locator("#computing", has_text="of the deck").wait_for()  # (a copy to the clipboard comes first)
     assert "line 6 of the deck: C1 out 0 4.7u" in seen.inner_text("#computing")
     seen.click("#tab-deck")
     assert seen.inner_text("#sheet-deck .picked") == "C1 out 0 4.7u"
@@ -94,6 +95,7 @@ def test_a_label_follows_its_slider_and_its_line_goes_into_the_deck(moved: Calla
 def test_where_a_joint_starts_goes_into_its_line(moved: Callable[..., Any]) -> None:
     seen = moved(BALL, {"pos(way) at 0": "0.5"})
     seen.get_by_label("pos(way) at 0 into the deck's text").click()
+    seen.locator("#computing", has_text="of the deck").wait_for()
     said = seen.inner_text("#computing")
     assert re.search(r"line 3 of the deck: JOINT way 0 ball slide axis=\(0,1\) ic=0\.5", said)
     table_ = emsim.run(BALL.replace("ic=1", "ic=0.5")).main

@@ -32,12 +32,25 @@ D1 0 out dd
 .tran 10u 8m
 .end
 """
+CORNERS = """currents that follow from slopes
+V1 a 0 PULSE(0 1 1m 1m 1m 2m)
+C1 a 0 1u
+R1 a b 1k
+C2 b 0 1u
+I2 0 d PULSE(0 1 1m 1m 1m 2m)
+R2 d e 2
+L2 e 0 5m
+.tran 10u 6m
+.options reltol=1e-6
+.end
+"""
 ALL = """Object.fromEntries([["time", [...window.emsim.run.time]],
     ...window.emsim.run.columns.map(c => [c.name, [...c.values]])])"""
 
 CASES = {
     "servo": ((NETLISTS / "coupled/pendulum_servo.cir").read_text(), {"arm(m)": ("m=0.20", "0.3"), "m1(kt)": ("kt=20m", "10m")}),
     "switched": (RLC, {"l1": ("1m", "2m"), "v1": ("5", "7")}),
+    "corners": (CORNERS, {"r1": ("1k", "2k"), "l2": ("5m", "4m")}),
     "ball": (STOP, {"ball(m)": ("m=0.1", "0.3")}),
 }  # fmt: skip
 

@@ -44,7 +44,7 @@ class Zin(Analysis):
 
     @classmethod
     def read(cls, card, sink):
-        found = grid(cls, card, sink, "dec", card.args[1:], [])
+        found = grid(cls, card, sink, ["dec", *card.args[1:]])
         return None if found is None else cls(card, card.args[0], found)
 
     def columns(self, ctx):

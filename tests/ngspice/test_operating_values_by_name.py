@@ -43,8 +43,24 @@ v1 d 0 3
 v2 g 0 2
 v3 b 0 -1
 """
+BSIM = """
+m1 d g 0 b mm w=20u l=2u ad=100p as=80p pd=40u ps=36u
+.model mm {kind} level={level} cgso=1e-10 cgdo=2e-10 cgbo=1e-10
+v1 d 0 {sign}3
+v2 g 0 {sign}2.4
+v3 b 0 {sign}-1
+"""
+OF_BSIM = """gm gds gmbs vdsat vth ibd ibs gbd gbs capbd capbs cgg cgd cgs cdg cdd cds cbg cbd cbs qg qd qb""".split()
+VDMOS = """
+m1 d g 0 mm
+.model mm vdmos vto=2 kp=2 rd=0.1 rs=.05 cgs=1n cgdmin=10p cgdmax=1n cjo=1n
+v1 d 0 3
+v2 g 0 4
+"""
 OF_MOS = """id is ig ib ibd ibs vgs vds vbs vbd von vdsat gm gds gmbs gbd gbs cbd cbs cbd0 cbdsw0 cbs0 cbssw0 sourcevcrit
     drainvcrit rs rd sourceconductance drainconductance cqbd cqbs l w ad as pd ps nrd nrs""".split()
+PMOS = re.sub(r"^(v\d \w 0) (-?)(?=\d)", r"\1 -\2", MOS, flags=re.MULTILINE).replace("--", "")
+PMOS = PMOS.replace("nmos", "pmos").replace("vto=0.8", "vto=-0.8")
 OF_Q = (
     "ic ib ie vbe vbc gm gpi gmu gx go cpi cmu cbx csub gdsub cqbe cqbc cqsub cqbx qbe qbc qsub qbx".split()
 )
@@ -54,6 +70,21 @@ CASES = {
     "d": (D, "d1", "vd id gd cd charge".split()),
     "j": (J, "j1", "id ig is vgs vgd igd gm gds ggs ggd".split()),
     **{f"mos{k}": (MOS.replace("{level}", str(k)), "m1", OF_MOS) for k in (1, 2, 3)},
+    **{f"pmos{k}": (PMOS.replace("{level}", str(k)), "m1", OF_MOS) for k in (1, 2, 3)},
+    **{
+        f"{kind}{k}": (BSIM.format(kind=kind, level=k, sign=sign).replace("--", ""), "m1", OF_BSIM)
+        for k in (8, 14)
+        for kind, sign in (("nmos", ""), ("pmos", "-"))
+    },
+    "vdmos": (VDMOS, "m1", "id is ig vgs vds cgd gm gds von".split()),
+}
+CASES |= {  # three devices in parallel: currents, conductances, capacitances, charges are of all of them
+    f"{name}, m=3": (
+        re.sub(rf"^({device} .*)$", r"\1 m=3", body, flags=re.MULTILINE),
+        device,
+        [n for n in names if n[:2] != "cq"],
+    )
+    for name, (body, device, names) in CASES.items()
 }
 
 

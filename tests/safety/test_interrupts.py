@@ -60,7 +60,7 @@ CASES = {
     "chain, absolute": CHAIN,
     "transient of many": MANY.format(analysis=".tran 1 1e4\n.options maxsteps=1e12"),
     "sweep of many": MANY.format(analysis=".dc V1 0 5 1u"),
-    "small signals of many": MANY.format(analysis=".ac lin 10000000 1 1meg"),
+    "small signals of many": MANY.format(analysis=".ac lin 400000 1 1meg\n.save v(n1)"),
     "a loop of Verilog-A": 't\n.hdl "loop.va"\nV1 a 0 1\nN1 a 0 mm\n.model mm m\n.op\n.end\n',
 }  # fmt: skip
 

@@ -212,3 +212,17 @@ def test_small_signals_are_of_the_equations_as_they_are():
     result = emsim.run(deck)
     f = np.real(np.asarray(result["frequency"]))
     assert np.allclose(np.asarray(result["i(v1)"]), -(1e-3 + 2j * np.pi * f * 1e-6), rtol=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_steps_of_a_fixed_length_where_nothing_is_stored(method: str):
+    """A capacitor across a source is no state once its current is the source's slope: steps are as long as asked, not the
+    shortest there are."""
+    cards = "V1 a 0 PWL(0 0 1.04m 0 3.14m 2.1 10m 2.1)\nC1 a 0 1u\n.tran 0.1m 6m"
+    deck = f"fixed\n{cards}\n.save all\n.options fixed_step=0.1m method={method}\n.end\n"
+    result = emsim.run(deck)
+    assert 60 <= result.stats["steps"] <= 63
+    t = np.asarray(result.time)
+    clear = (np.abs(t - 1.04e-3) > NEAR) & (np.abs(t - 3.14e-3) > NEAR)
+    right = np.where((t > 1.04e-3) & (t < 3.14e-3), -1e-3, 0.0)
+    assert np.abs(np.asarray(result["i(v1)"]) - right)[clear].max() < 1e-12

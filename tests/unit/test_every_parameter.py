@@ -542,6 +542,17 @@ MACHINES = {
             for key, a, b in (("r1", 1, 2), ("r2", 1, 3), ("k", 10, 20), ("c", 1, 2), ("f0", 5, 9), ("cross", "yes", "no"))
         },
     },
+    "RATIO": {"coef": (WHEEL + "pin\nRATIO e h g @\n", "coef=(1,2)", "coef=(1,3)")},
+    "ROLL": {
+        "line": (FREE.replace("@", "y=0.2 vx=1") + "ROLL e b 0 r=0.2 @\n", "line=(0,1)", "line=(0.1,1)"),
+        "r": (FREE.replace("@", "vx=1") + "ROLL e b 0 line=(0,1) @\n", "r=0.2", "r=0.3"),
+        "axis": (TUMBLES.replace("@", "z=1 omega=(1,2,0)") + "ROLL e b 0 line=(0,0,1) r=1 @\n", "axis=(0,1,0)", "axis=(1,0,0)"),
+        "rq": (FREE.replace("@", "y=0.5 vx=1") + "ROLL e b 0 r=0.2 @\n", "rq=0.3", "rq=0.4"),
+    },
+    "KNIFE": {
+        "along": (FREE.replace("@", "vx=1 omega=1") + "KNIFE e b 0 @\n", "along=(1,0)", "along=(1,1)"),
+        "normal": (TUMBLES.replace("@", "omega=(1,1,1)") + "KNIFE e b 0 along=(1,0) @\n", "normal=(0,0,1)", "normal=(0,1,1)"),
+    },
     "CAM": {
         "lift": (WHEEL + "slide axis=(1,0)\nCAM e g h @\n", "lift={0.01*sin(angle(h))}", "lift={0.02*sin(angle(h))}"),
         **{

@@ -142,8 +142,8 @@ def freeze_base(device: Device, x: NDArray, g: NDArray, r: dict) -> NDArray:
             for node, way in ((p, 1), (q, -1)):
                 if (column := place.get(device.same[node])) is not None:
                     g[row, column] -= sign * way * slope * device.multiplier
-        g[row, place["b"]] += sign * device.multiplier / r["outputs"]["rbb"]
-        g[row, place["bi"]] -= sign * device.multiplier / r["outputs"]["rbb"]
+        g[row, place["b"]] += sign / r["outputs"]["rbb"]
+        g[row, place["bi"]] -= sign / r["outputs"]["rbb"]
     return g
 
 
@@ -171,7 +171,11 @@ def inexact(device: str, of: dict, v: list[float], type_: int) -> float:
 
 
 # ngspice conducts 16 uA here with a transconductance below 0: 0.23 V under the threshold, where its quartic has another root
-WRONG = {("mos2", "vmax neff xj nsub", 2)}
+WRONG = {
+    ("mos2", "vmax neff xj nsub", 2),
+    # the charges qco k1, qco k2 are 0 there for u < 0 alone, a jump of qco
+    ("bjt", "quasi-saturation rco vo gamma qco", 10),
+}
 
 
 @pytest.mark.parametrize(("device", "k"), SETS, ids=NAMES)

@@ -28,6 +28,10 @@ BROKEN = {
         body("I(a, b) <+ curent;", "real current;"), 7, "curent is not declared", "did you mean current?",
     ),
     "parameter assigned": (body("r = 2;"), 7, "r is a parameter", "declare a variable"),
+    "multiplicity misspelled": (
+        body("x = 1;", '(* desc="x", multiplicity="multiplied" *) real x;'),
+        5, 'there is no multiplicity "multiplied"', '"multiply", "divide"',
+    ),
     "unknown function": (body("x = sqr(2);"), 7, "there is no function sqr", "sqrt"),
     "too many arguments": (body("x = sin(1, 2);"), 7, "sin takes 1 arguments, here are 2", ""),
     "unknown node": (body("I(a, c) <+ 1;"), 7, "there is no node or branch c", "electrical"),

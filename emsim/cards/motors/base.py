@@ -252,10 +252,7 @@ class Phase:
 
     def current(self, i: Sequence[Expr]) -> Expr:
         terms = [x if k == 1.0 else k * x for k, x in zip(self.shares, i, strict=True) if k]
-        total = terms[0]
-        for term in terms[1:]:
-            total = total + term
-        return total
+        return sum(terms[1:], terms[0])
 
 
 def star(a: int, b: int, c: int, n: int | None, r: float) -> list[Phase]:
@@ -315,9 +312,7 @@ class Windings(Machine):
         resting = self.cogging(s, th)
         turning = b.grad(energy if resting is None else energy - resting, [th])[0]
         zero = b.const(0.0)
-        linked = zero
-        for own, i in zip(magnets, self.i, strict=True):
-            linked = linked + own * i
+        linked = sum((own * i for own, i in zip(magnets, self.i, strict=True)), zero)
         quiet = zero if resting is None else zero + resting
         found = b.substitute([energy, energy - linked, quiet, turning, *flux, *induced], [(th, self.angle)])
         self.energy, self.own_energy, self.resting, self.turning = found[:4]
@@ -333,10 +328,7 @@ class Windings(Machine):
         return None if self.resting.value == 0.0 else self.resting
 
     def _gyrated(self, s: Scene) -> Scalar:
-        total: Scalar = 0.0
-        for g, i in zip(self.volts, self.i, strict=False):
-            total = total + g * i
-        return total
+        return sum((g * i for g, i in zip(self.volts, self.i, strict=False)), 0.0)
 
     def powers(self, s: Scene) -> Powers:
         w = self._speed()
@@ -367,10 +359,8 @@ class Windings(Machine):
 
     def input_power(self, s: Scene) -> Expr:
         """What the terminals bring in [W]."""
-        total = s.b.const(0.0)
-        for part, i in zip(self.parts, self.currents, strict=True):
-            total = total + s.v(part.plus, part.minus) * i
-        return total
+        pairs = zip(self.parts, self.currents, strict=True)
+        return sum((s.v(part.plus, part.minus) * i for part, i in pairs), s.b.const(0.0))
 
     def probes(self, s: Scene) -> Probes:
         """i of every phase by its number."""
@@ -397,17 +387,12 @@ class Windings(Machine):
 
     def stored(self, s: Scene) -> Scalar | None:
         """i dW'/di - W' [J]: nothing for a magnet, whose co-energy is linear in the current."""
-        total = -self.own_energy
-        for flux, i in zip(self.flux, self.i, strict=True):
-            total = total + flux * i
-        return total
+        return sum((flux * i for flux, i in zip(self.flux, self.i, strict=True)), -self.own_energy)
 
     def glyph(self, draw: Pen) -> None:
         """The current is the length of what all phases make, in proportion to one of them."""
         b = draw.m.b
-        square = b.const(0.0)
-        for i in self.currents:
-            square = square + i * i
+        square = sum((i * i for i in self.currents), b.const(0.0))
         word, unit = self.effort_word()
         shapes: dict[str, Any] = draw.joint(self.joint.name)
         effort = self.probes(draw.m)[word]

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 
-from .base import Seat, both, flag, reading
+from .base import Seat, both, flag, named, reading
 from .switched import Controlled
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
-    from .base import Word
+    pass
 
 LEAST = 1e-9  # Ohm, of a resistance that would go below
 
@@ -21,10 +19,10 @@ class AnalogueSwitch(Controlled):
     what = "switch whose resistance follows its control"
     law = "r_off at cntl_off, r_on at cntl_on, a line of the logarithm or (log=FALSE) of the resistance through both"
     ports = (reading("cntl_in"), both("out", "gd"))
-    parameters: ClassVar[dict[str, Word]] = {
+    parameters = named(
         **Controlled.parameters,
-        "limit": flag("the resistance stays between r_on and r_off"),
-    }
+        limit=flag("the resistance stays between r_on and r_off"),
+    )
 
     def build(self, seat: Seat) -> None:
         ctx = seat.ctx

@@ -17,6 +17,7 @@ Between the words of an A line and that lies a.py. Types of connections are XSPI
 from __future__ import annotations
 
 from ..base import Param
+from ..base import named as named
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, both
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, both, named
 
 
 class Capacitor(CodeModel):
@@ -14,10 +10,10 @@ class Capacitor(CodeModel):
     what = "capacitor with a voltage at the start"
     law = "i = c d/dt v; the operating point holds the voltage at ic"
     ports = (both("cap", "hd"),)
-    parameters: ClassVar[dict[str, Word]] = {
-        "c": Word("capacitance", "F", None, least=1e-30),
-        "ic": Word("voltage at the start", "V", 0.0),
-    }
+    parameters = named(
+        c=Word("capacitance", "F", None, least=1e-30),
+        ic=Word("voltage at the start", "V", 0.0),
+    )
 
     def check(self, seat: Seat) -> None:
         if seat["c"] is None:

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, flag, reading
+from .base import CodeModel, Seat, Word, driving, flag, named, reading
 from .limit_ import limited
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
 
 
 class ControlledLimit(CodeModel):
@@ -15,14 +11,14 @@ class ControlledLimit(CodeModel):
     what = "limiter whose limits are inputs"
     law = "out = gain (in + in_offset), between cntl_lower + lower_delta and cntl_upper - upper_delta"
     ports = (reading("in"), reading("cntl_upper"), reading("cntl_lower"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "in_offset": Word("added to the input", "", 0.0),
-        "gain": Word("gain", "", 1.0),
-        "upper_delta": Word("the upper limit lies so far below its input", "", 0.0),
-        "lower_delta": Word("the lower limit lies so far above its input", "", 0.0),
-        "limit_range": Word("on either side of a limit the output turns within so much", "", 1e-6),
-        "fraction": flag("limit_range is a part of the distance of the limits"),
-    }
+    parameters = named(
+        in_offset=Word("added to the input", "", 0.0),
+        gain=Word("gain", "", 1.0),
+        upper_delta=Word("the upper limit lies so far below its input", "", 0.0),
+        lower_delta=Word("the lower limit lies so far above its input", "", 0.0),
+        limit_range=Word("on either side of a limit the output turns within so much", "", 1e-6),
+        fraction=flag("limit_range is a part of the distance of the limits"),
+    )
 
     def build(self, seat: Seat) -> None:
         low = seat.read("cntl_lower") + seat["lower_delta"]

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from .base import CodeModel, Seat, Word, both, flag, numbers
+from .base import CodeModel, Seat, Word, both, flag, named, numbers
 from .hyst_ import Hysteresis, two_lines
 from .pwl_ import pairs
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
 
 
 class Core(CodeModel):
@@ -21,20 +17,20 @@ class Core(CodeModel):
         "mode=2: hyst's two lines, from force to flux, area and length unread as in ngspice; a core with its losses: emsim help K"
     )
     ports = (both("mc", "gd"),)
-    parameters: ClassVar[dict[str, Word]] = {
-        "h_array": numbers("field strengths, ascending", "A/m"),
-        "b_array": numbers("flux densities there", "T"),
-        "area": Word("cross-section", "m^2"),
-        "length": Word("mean length of the path", "m"),
-        "input_domain": Word("corners are rounded so far on either side", "", 0.01),
-        "fraction": flag("input_domain is a part of the shorter line beside a corner", True),
-        "mode": Word("1: straight lines through points, 2: hysteresis", "", 1.0),
-        "in_low": Hysteresis.parameters["in_low"],
-        "in_high": Hysteresis.parameters["in_high"],
-        "hyst": Hysteresis.parameters["hyst"],
-        "out_lower_limit": Hysteresis.parameters["out_lower_limit"],
-        "out_upper_limit": Hysteresis.parameters["out_upper_limit"],
-    }
+    parameters = named(
+        h_array=numbers("field strengths, ascending", "A/m"),
+        b_array=numbers("flux densities there", "T"),
+        area=Word("cross-section", "m^2"),
+        length=Word("mean length of the path", "m"),
+        input_domain=Word("corners are rounded so far on either side", "", 0.01),
+        fraction=flag("input_domain is a part of the shorter line beside a corner", True),
+        mode=Word("1: straight lines through points, 2: hysteresis", "", 1.0),
+        in_low=Hysteresis.parameters["in_low"],
+        in_high=Hysteresis.parameters["in_high"],
+        hyst=Hysteresis.parameters["hyst"],
+        out_lower_limit=Hysteresis.parameters["out_lower_limit"],
+        out_upper_limit=Hysteresis.parameters["out_upper_limit"],
+    )
 
     def check(self, seat: Seat) -> None:
         if seat["mode"] == 2.0:

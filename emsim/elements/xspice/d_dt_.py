@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, reading
+from .base import CodeModel, Seat, Word, driving, named, reading
 from .limit_ import limited, ordered
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
 
 
 class Differentiator(CodeModel):
@@ -15,13 +11,13 @@ class Differentiator(CodeModel):
     what = "differentiator"
     law = "out = gain d/dt in + out_offset, between its limits"
     ports = (reading("in"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "gain": Word("gain", "s", 1.0),
-        "out_offset": Word("added to the output", "", 0.0),
-        "out_lower_limit": Word("the output's least value; none: no limit"),
-        "out_upper_limit": Word("the output's largest value; none: no limit"),
-        "limit_range": Word("on either side of a limit the output turns within so much", "", 1e-6),
-    }
+    parameters = named(
+        gain=Word("gain", "s", 1.0),
+        out_offset=Word("added to the output", "", 0.0),
+        out_lower_limit=Word("the output's least value; none: no limit"),
+        out_upper_limit=Word("the output's largest value; none: no limit"),
+        limit_range=Word("on either side of a limit the output turns within so much", "", 1e-6),
+    )
 
     def check(self, seat: Seat) -> None:
         ordered(seat)

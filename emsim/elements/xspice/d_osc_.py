@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, reading
+from .base import CodeModel, Seat, Word, driving, named, numbers, reading
 from .pwl_ import pairs
 from .sine_ import CONTROL, controlled
 from .square_ import is_within
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
     from ..._engine import Expr
 
 DELAYS = {
@@ -33,15 +31,13 @@ class Oscillator(CodeModel):
     what = "digital clock whose frequency follows its input"
     law = "each period out is 0 first and 1 for the duty_cycle at its end; events are located exactly"
     ports = (reading("cntl_in"), driving("out", "d"))
-    parameters: ClassVar[dict[str, Word]] = {
-        **CONTROL,
-        "freq_array": Word(
-            "frequencies there, straight lines between and beyond", "Hz", None, "list", otherwise=(1e6, 1e7)
-        ),
-        "duty_cycle": Word("part of the period in which it is 1", "", 0.5, least=1e-6, most=0.999999),
-        "init_phase": Word("phase at the start", "deg", 0.0, least=-180.0, most=360.0),
+    parameters = named(
+        cntl_array=CONTROL["cntl_array"],
+        freq_array=numbers("frequencies there, straight lines between and beyond", "Hz", (1e6, 1e7)),
+        duty_cycle=Word("part of the period in which it is 1", "", 0.5, least=1e-6, most=0.999999),
+        init_phase=Word("phase at the start", "deg", 0.0, least=-180.0, most=360.0),
         **DELAYS,
-    }
+    )
 
     def check(self, seat: Seat) -> None:
         pairs(seat, "cntl_array", "freq_array")

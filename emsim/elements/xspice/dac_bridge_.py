@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, reading
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, driving, named, reading
 
 
 class DacBridge(CodeModel):
@@ -14,14 +10,14 @@ class DacBridge(CodeModel):
     what = "bridge from digital nodes to voltages"
     law = "follows its level at the slope (out_high - out_low)/t_rise upwards, (out_high - out_low)/t_fall downwards"
     ports = (reading("in", "d", is_list=True), driving("out", is_list=True))
-    parameters: ClassVar[dict[str, Word]] = {
-        "out_low": Word("output at 0", "", 0.0),
-        "out_high": Word("output at 1", "", 1.0),
-        "out_undef": Word("output where the level is undefined; otherwise the mean of out_low and out_high"),
-        "input_load": Word(),
-        "t_rise": Word("time from out_low to out_high", "s", 1e-9, least=1e-12),
-        "t_fall": Word("time from out_high to out_low", "s", 1e-9, least=1e-12),
-    }
+    parameters = named(
+        out_low=Word("output at 0", "", 0.0),
+        out_high=Word("output at 1", "", 1.0),
+        out_undef=Word("output where the level is undefined; otherwise the mean of out_low and out_high"),
+        input_load=Word(),
+        t_rise=Word("time from out_low to out_high", "s", 1e-9, least=1e-12),
+        t_fall=Word("time from out_high to out_low", "s", 1e-9, least=1e-12),
+    )
 
     def build(self, seat: Seat) -> None:
         if seat.width("in") != seat.width("out"):

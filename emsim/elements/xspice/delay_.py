@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, flag, reading
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, driving, flag, named, reading
 
 
 class Delay(CodeModel):
@@ -18,13 +14,13 @@ class Delay(CodeModel):
         reading("cntl", "v", "vd", "i", "id", is_open=True),
         driving("out", "v", "vd"),
     )
-    parameters: ClassVar[dict[str, Word]] = {
-        "delay": Word("the delay", "s", 0.0, least=0.0),
-        "buffer_size": Word(),
-        "has_delay_cntl": flag("the delay is an input"),
-        "delmin": Word("the delay where the input is 0", "s", 0.0),
-        "delmax": Word("the delay where the input is 1", "s", 0.0),
-    }
+    parameters = named(
+        delay=Word("the delay", "s", 0.0, least=0.0),
+        buffer_size=Word(),
+        has_delay_cntl=flag("the delay is an input"),
+        delmin=Word("the delay where the input is 0", "s", 0.0),
+        delmax=Word("the delay where the input is 1", "s", 0.0),
+    )
 
     def check(self, seat: Seat) -> None:
         if seat["has_delay_cntl"]:

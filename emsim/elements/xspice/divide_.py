@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, flag, reading
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, driving, flag, named, reading
 
 
 class Divide(CodeModel):
@@ -14,19 +10,17 @@ class Divide(CodeModel):
     what = "quotient"
     law = "out = out_gain num_gain (num + num_offset) / (den_gain (den + den_offset)) + out_offset, the divisor kept from zero"
     ports = (reading("num"), reading("den"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "num_offset": Word("added to the dividend", "", 0.0),
-        "num_gain": Word("gain of the dividend", "", 1.0),
-        "den_offset": Word("added to the divisor", "", 0.0),
-        "den_gain": Word("gain of the divisor", "", 1.0),
-        "den_lower_limit": Word("the divisor's least magnitude", "", 1e-10, least=1e-10),
-        "den_domain": Word(
-            "above its least magnitude it turns smoothly within so much", "", 1e-10, least=1e-10
-        ),
-        "fraction": flag("den_domain is a part of the limit"),
-        "out_gain": Word("gain of the quotient", "", 1.0),
-        "out_offset": Word("added to the output", "", 0.0),
-    }
+    parameters = named(
+        num_offset=Word("added to the dividend", "", 0.0),
+        num_gain=Word("gain of the dividend", "", 1.0),
+        den_offset=Word("added to the divisor", "", 0.0),
+        den_gain=Word("gain of the divisor", "", 1.0),
+        den_lower_limit=Word("the divisor's least magnitude", "", 1e-10, least=1e-10),
+        den_domain=Word("above its least magnitude it turns smoothly within so much", "", 1e-10, least=1e-10),
+        fraction=flag("den_domain is a part of the limit"),
+        out_gain=Word("gain of the quotient", "", 1.0),
+        out_offset=Word("added to the output", "", 0.0),
+    )
 
     def build(self, seat: Seat) -> None:
         ctx, b = seat.ctx, seat.ctx.b

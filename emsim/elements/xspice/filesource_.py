@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from ...tables import TableError, number
-from .base import CodeModel, Seat, Word, driving, flag, numbers, text
+from .base import CodeModel, Seat, Word, driving, flag, named, numbers, text
 from .files import lines, report
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
 
 
 class FileSource(CodeModel):
@@ -16,15 +12,15 @@ class FileSource(CodeModel):
     what = "source whose courses stand in a file"
     law = "a line of file: a time [s], and the value of each output there; straight lines between, constant behind the last"
     ports = (driving("out", is_list=True),)
-    parameters: ClassVar[dict[str, Word]] = {
-        "file": text("name of the file, beside the deck"),
-        "timeoffset": Word("added to every time", "s", 0.0),
-        "timescale": Word("factor on every time", "", 1.0),
-        "timerelative": flag("times count from the line before"),
-        "amplstep": flag("a value holds until the next line, with no line between"),
-        "amploffset": numbers("added to each output's values"),
-        "amplscale": numbers("factor on each output's values"),
-    }
+    parameters = named(
+        file=text("name of the file, beside the deck"),
+        timeoffset=Word("added to every time", "s", 0.0),
+        timescale=Word("factor on every time", "", 1.0),
+        timerelative=flag("times count from the line before"),
+        amplstep=flag("a value holds until the next line, with no line between"),
+        amploffset=numbers("added to each output's values"),
+        amplscale=numbers("factor on each output's values"),
+    )
 
     def build(self, seat: Seat) -> None:
         table = lines(seat, "file", "#;")

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, reading
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, driving, named, reading
 
 
 class Gain(CodeModel):
@@ -14,11 +10,11 @@ class Gain(CodeModel):
     what = "gain"
     law = "out = gain (in + in_offset) + out_offset"
     ports = (reading("in"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "in_offset": Word("added to the input", "", 0.0),
-        "gain": Word("gain", "", 1.0),
-        "out_offset": Word("added to the output", "", 0.0),
-    }
+    parameters = named(
+        in_offset=Word("added to the input", "", 0.0),
+        gain=Word("gain", "", 1.0),
+        out_offset=Word("added to the output", "", 0.0),
+    )
 
     def build(self, seat: Seat) -> None:
         seat.drive("out", seat["gain"] * (seat.read("in") + seat["in_offset"]) + seat["out_offset"])

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, flag, reading
+from .base import CodeModel, Seat, Word, driving, flag, named, reading
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
     from ..._engine import Expr
 
 
@@ -19,15 +17,15 @@ class Hysteresis(CodeModel):
         "from in_high - hyst to in_low - hyst"
     )
     ports = (reading("in"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "in_low": Word("input at the lower end", "", 0.0),
-        "in_high": Word("input at the upper end", "", 1.0),
-        "hyst": Word("half of the hysteresis", "", 0.1, least=0.0),
-        "out_lower_limit": Word("output at the lower end", "", 0.0),
-        "out_upper_limit": Word("output at the upper end", "", 1.0),
-        "input_domain": Word("corners are rounded so far on either side", "", 0.01),
-        "fraction": flag("input_domain is a part of in_high - in_low", True),
-    }
+    parameters = named(
+        in_low=Word("input at the lower end", "", 0.0),
+        in_high=Word("input at the upper end", "", 1.0),
+        hyst=Word("half of the hysteresis", "", 0.1, least=0.0),
+        out_lower_limit=Word("output at the lower end", "", 0.0),
+        out_upper_limit=Word("output at the upper end", "", 1.0),
+        input_domain=Word("corners are rounded so far on either side", "", 0.01),
+        fraction=flag("input_domain is a part of in_high - in_low", True),
+    )
 
     def check(self, seat: Seat) -> None:
         if seat["in_low"] >= seat["in_high"]:

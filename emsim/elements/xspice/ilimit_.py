@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, both, reading
+from .base import CodeModel, Seat, Word, both, named, reading
 from .limit_ import limited
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
 
 
 class CurrentLimit(CodeModel):
@@ -23,18 +19,18 @@ class CurrentLimit(CodeModel):
         both("neg_pwr", "g", "gd", is_open=True),
         both("out", "g", "gd"),
     )
-    parameters: ClassVar[dict[str, Word]] = {
-        "in_offset": Word("added to the input", "", 0.0),
-        "gain": Word("gain", "", 1.0),
-        "r_out_source": Word("resistance of the output that gives current", "Ohm", 1.0, least=1e-9),
-        "r_out_sink": Word("resistance of the output that takes current", "Ohm", 1.0, least=1e-9),
-        "i_limit_source": Word("most current that it gives; none: no limit", "A"),
-        "i_limit_sink": Word("most current that it takes; none: no limit", "A"),
-        "v_pwr_range": Word("at a rail the output turns within so much", "V", 1e-6),
-        "i_source_range": Word("at the limit of what it gives the current turns within so much", "A", 1e-9),
-        "i_sink_range": Word("at the limit of what it takes the current turns within so much", "A", 1e-9),
-        "r_out_domain": Word(),
-    }
+    parameters = named(
+        in_offset=Word("added to the input", "", 0.0),
+        gain=Word("gain", "", 1.0),
+        r_out_source=Word("resistance of the output that gives current", "Ohm", 1.0, least=1e-9),
+        r_out_sink=Word("resistance of the output that takes current", "Ohm", 1.0, least=1e-9),
+        i_limit_source=Word("most current that it gives; none: no limit", "A"),
+        i_limit_sink=Word("most current that it takes; none: no limit", "A"),
+        v_pwr_range=Word("at a rail the output turns within so much", "V", 1e-6),
+        i_source_range=Word("at the limit of what it gives the current turns within so much", "A", 1e-9),
+        i_sink_range=Word("at the limit of what it takes the current turns within so much", "A", 1e-9),
+        r_out_domain=Word(),
+    )
 
     def build(self, seat: Seat) -> None:
         ctx, b = seat.ctx, seat.ctx.b

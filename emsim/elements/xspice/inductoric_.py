@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, both
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, both, named
 
 
 class Inductor(CodeModel):
@@ -14,10 +10,10 @@ class Inductor(CodeModel):
     what = "inductor with a current at the start"
     law = "v = l d/dt i; the operating point holds the current at ic"
     ports = (both("ind", "gd"),)
-    parameters: ClassVar[dict[str, Word]] = {
-        "l": Word("inductance", "H", None, least=1e-30),
-        "ic": Word("current at the start", "A", 0.0),
-    }
+    parameters = named(
+        l=Word("inductance", "H", None, least=1e-30),
+        ic=Word("current at the start", "A", 0.0),
+    )
 
     def check(self, seat: Seat) -> None:
         if seat["l"] is None:

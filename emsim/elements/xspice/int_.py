@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, reading
+from .base import CodeModel, Seat, Word, driving, named, reading
 from .limit_ import ordered
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
 
 
 class Integrator(CodeModel):
@@ -15,14 +11,14 @@ class Integrator(CodeModel):
     what = "integrator"
     law = "d/dt out = gain (in + in_offset), out_ic at the start; stops at its limits"
     ports = (reading("in"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "in_offset": Word("added to the input", "", 0.0),
-        "gain": Word("gain", "1/s", 1.0),
-        "out_lower_limit": Word("the output's least value; none: no limit"),
-        "out_upper_limit": Word("the output's largest value; none: no limit"),
-        "limit_range": Word("on either side of a limit the output turns within so much", "", 1e-6),
-        "out_ic": Word("output at the start", "", 0.0),
-    }
+    parameters = named(
+        in_offset=Word("added to the input", "", 0.0),
+        gain=Word("gain", "1/s", 1.0),
+        out_lower_limit=Word("the output's least value; none: no limit"),
+        out_upper_limit=Word("the output's largest value; none: no limit"),
+        limit_range=Word("on either side of a limit the output turns within so much", "", 1e-6),
+        out_ic=Word("output at the start", "", 0.0),
+    )
 
     def check(self, seat: Seat) -> None:
         ordered(seat)

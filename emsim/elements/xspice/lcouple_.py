@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, both
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, both, named
 
 
 class Winding(CodeModel):
@@ -14,7 +10,7 @@ class Winding(CodeModel):
     what = "winding on a core"
     law = "magnetomotive force = num_turns i, v = num_turns d/dt flux; on the magnetic side forces are voltages, flux is current"
     ports = (both("l", "hd"), both("mmf_out", "hd"))
-    parameters: ClassVar[dict[str, Word]] = {"num_turns": Word("turns", "", 1.0)}
+    parameters = named(num_turns=Word("turns", "", 1.0))
 
     def build(self, seat: Seat) -> None:
         turns = seat["num_turns"]

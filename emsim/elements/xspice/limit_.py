@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, flag, reading
+from .base import CodeModel, Seat, Word, driving, flag, named, reading
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
     from ..._engine import Expr
     from .base import Scalar
 
@@ -44,11 +42,11 @@ class Limit(CodeModel):
     what = "limiter"
     law = "out = gain (in + in_offset), between out_lower_limit and out_upper_limit"
     ports = (reading("in"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "in_offset": Word("added to the input", "", 0.0),
-        "gain": Word("gain", "", 1.0),
+    parameters = named(
+        in_offset=Word("added to the input", "", 0.0),
+        gain=Word("gain", "", 1.0),
         **LIMITS,
-    }
+    )
 
     def check(self, seat: Seat) -> None:
         ordered(seat)

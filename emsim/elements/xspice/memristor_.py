@@ -7,11 +7,7 @@ Pershin and Di Ventra, "SPICE model of memristive devices with threshold", Radio
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, both
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, both, named
 
 
 class Memristor(CodeModel):
@@ -19,14 +15,14 @@ class Memristor(CodeModel):
     what = "resistance that remembers"
     law = "i = v/R, dR/dt = beta v beyond the threshold and alpha v below it, between rmin and rmax"
     ports = (both("memris", "gd"),)
-    parameters: ClassVar[dict[str, Word]] = {
-        "rmin": Word("least resistance", "Ohm", 10.0, least=1e-9),
-        "rmax": Word("largest resistance", "Ohm", 1e4),
-        "rinit": Word("resistance at the start", "Ohm", 7e3),
-        "alpha": Word("how fast it changes below the threshold", "Ohm/(V s)", 0.0),
-        "beta": Word("how fast it changes beyond", "Ohm/(V s)", 1e13),
-        "vt": Word("threshold", "V", 1.6),
-    }
+    parameters = named(
+        rmin=Word("least resistance", "Ohm", 10.0, least=1e-9),
+        rmax=Word("largest resistance", "Ohm", 1e4),
+        rinit=Word("resistance at the start", "Ohm", 7e3),
+        alpha=Word("how fast it changes below the threshold", "Ohm/(V s)", 0.0),
+        beta=Word("how fast it changes beyond", "Ohm/(V s)", 1e13),
+        vt=Word("threshold", "V", 1.6),
+    )
 
     def check(self, seat: Seat) -> None:
         if not seat["rmin"] <= seat["rinit"] <= seat["rmax"]:

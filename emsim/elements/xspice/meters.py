@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...expr import Node
-from .base import CodeModel, Seat, Word, driving, reading
+from .base import CodeModel, Seat, Word, driving, named, reading
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class Meter(CodeModel):
     letter: ClassVar[str]
     ports = (reading("in"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {"gain": Word("factor on what is told", "", 1.0)}
+    parameters = named(gain=Word("factor on what is told", "", 1.0))
 
     def found(self, seat: Seat) -> list[float]:
         """Values of the parts at the node, and of those behind sources of voltage there, as XSPICE looks for them."""

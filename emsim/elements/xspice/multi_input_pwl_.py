@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, numbers, reading, text
+from .base import CodeModel, Seat, driving, named, numbers, reading, text
 from .pwl_ import pairs
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
 
 MODELS = ("and", "or", "nand", "nor")
 
@@ -17,11 +13,11 @@ class MultiInputPwl(CodeModel):
     what = "smallest or largest input, through straight lines"
     law = "out follows y over x of the smallest input (and, nand) or of the largest (or, nor); whether that negates it, y says"
     ports = (reading("in", "vd", "id", "v", "i", is_list=True, least=2), driving("out", "vd", "id", "v", "i"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "x": numbers("inputs, ascending", "", (0.0, 1.0)),
-        "y": numbers("outputs there", "", (0.0, 1.0)),
-        "model": text("and, or, nand, nor"),
-    }
+    parameters = named(
+        x=numbers("inputs, ascending", "", (0.0, 1.0)),
+        y=numbers("outputs there", "", (0.0, 1.0)),
+        model=text("and, or, nand, nor"),
+    )
 
     def check(self, seat: Seat) -> None:
         pairs(seat, "x", "y")

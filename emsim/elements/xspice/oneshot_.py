@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, flag, numbers, reading
+from .base import CodeModel, Seat, Word, driving, flag, named, numbers, reading
 from .pwl_ import pairs
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
     from ..._engine import Expr
 
 
@@ -20,19 +18,19 @@ class OneShot(CodeModel):
         "falls in fall_time"
     )
     ports = (reading("clk"), reading("cntl_in", is_open=True), reading("clear", is_open=True), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "cntl_array": numbers("inputs, ascending", "", (0.0,)),
-        "pw_array": numbers("widths there, straight lines between and beyond", "s", (1e-6,)),
-        "clk_trig": Word("where the clock triggers", "", 0.5),
-        "pos_edge_trig": flag("triggers on the way up (FALSE: down)", True),
-        "out_low": Word("low output", "", 0.0),
-        "out_high": Word("high output", "", 1.0),
-        "rise_time": Word("time of a rise", "s", 1e-9, least=1e-12),
-        "rise_delay": Word("from the trigger to the rise", "s", 1e-9, least=0.0),
-        "fall_delay": Word("from the end of the width to the fall", "s", 1e-9, least=0.0),
-        "fall_time": Word("time of a fall", "s", 1e-9, least=1e-12),
-        "retrig": flag("a trigger during a pulse begins its width anew"),
-    }
+    parameters = named(
+        cntl_array=numbers("inputs, ascending", "", (0.0,)),
+        pw_array=numbers("widths there, straight lines between and beyond", "s", (1e-6,)),
+        clk_trig=Word("where the clock triggers", "", 0.5),
+        pos_edge_trig=flag("triggers on the way up (FALSE: down)", True),
+        out_low=Word("low output", "", 0.0),
+        out_high=Word("high output", "", 1.0),
+        rise_time=Word("time of a rise", "s", 1e-9, least=1e-12),
+        rise_delay=Word("from the trigger to the rise", "s", 1e-9, least=0.0),
+        fall_delay=Word("from the end of the width to the fall", "s", 1e-9, least=0.0),
+        fall_time=Word("time of a fall", "s", 1e-9, least=1e-12),
+        retrig=flag("a trigger during a pulse begins its width anew"),
+    )
 
     def check(self, seat: Seat) -> None:
         pairs(seat, "cntl_array", "pw_array", 1)

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, both, flag
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, both, flag, named
 
 
 class Potentiometer(CodeModel):
@@ -14,12 +10,12 @@ class Potentiometer(CodeModel):
     what = "potentiometer"
     law = "r position from r0 to the wiper, the rest from there to r1; log=TRUE: r 10^(-position log_multiplier)"
     ports = (both("r0", "g", "gd"), both("wiper", "g", "gd"), both("r1", "g", "gd"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "position": Word("of the wiper, 0 at r0, 1 at r1", "", 0.5, least=0.0, most=1.0),
-        "log": flag("logarithmic"),
-        "r": Word("whole resistance", "Ohm", 1e5, least=1e-6),
-        "log_multiplier": Word("decades between the ends of a logarithmic one", "", 1.0),
-    }
+    parameters = named(
+        position=Word("of the wiper, 0 at r0, 1 at r1", "", 0.5, least=0.0, most=1.0),
+        log=flag("logarithmic"),
+        r=Word("whole resistance", "Ohm", 1e5, least=1e-6),
+        log_multiplier=Word("decades between the ends of a logarithmic one", "", 1.0),
+    )
 
     def build(self, seat: Seat) -> None:
         whole, at = seat["r"], seat["position"]

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import math
 
-from .base import Seat, Word, both, reading
+from .base import Seat, Word, both, named, reading
 from .switched import Controlled
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
 
 
 class SmoothSwitch(Controlled):
@@ -18,10 +14,10 @@ class SmoothSwitch(Controlled):
     law = "the resistance is a cubic of the control between r_off at cntl_off and r_on at cntl_on (log=TRUE: its logarithm)"
     ports = (reading("cntl_in", "gd", "g", "vd", "v", "id", "i"), both("out", "gd"))
 
-    parameters: ClassVar[dict[str, Word]] = {
+    parameters = named(
         **Controlled.parameters,
-        "r_cntl_in": Word("resistance between the ends of cntl_in", "Ohm", 1e12),
-    }
+        r_cntl_in=Word("resistance between the ends of cntl_in", "Ohm", 1e12),
+    )
 
     def build(self, seat: Seat) -> None:
         ctx = seat.ctx

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from .base import CodeModel, Seat, Word, driving, flag, numbers, reading
+from .base import CodeModel, Seat, Word, driving, flag, named, numbers, reading
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -21,13 +21,13 @@ class Pwl(CodeModel):
         "out follows y_array over x_array; beyond the ends along the last lines, or constant with limit=TRUE"
     )
     ports: ClassVar[tuple[Port, ...]] = (reading("in"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "x_array": numbers("inputs, ascending"),
-        "y_array": numbers("outputs there"),
-        "input_domain": Word("corners are rounded so far on either side", "", 0.01),
-        "fraction": flag("input_domain is a part of the shorter line beside a corner", True),
-        "limit": flag("beyond the ends the output is constant"),
-    }
+    parameters = named(
+        x_array=numbers("inputs, ascending"),
+        y_array=numbers("outputs there"),
+        input_domain=Word("corners are rounded so far on either side", "", 0.01),
+        fraction=flag("input_domain is a part of the shorter line beside a corner", True),
+        limit=flag("beyond the ends the output is constant"),
+    )
 
     def check(self, seat: Seat) -> None:
         pairs(seat, "x_array", "y_array")

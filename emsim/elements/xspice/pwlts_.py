@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from .base import Seat, driving, numbers
+from .base import Seat, driving, named, numbers
 from .pwl_ import Pwl
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
     from ..._engine import Expr
-    from .base import Word
 
 
 class PwlOfTime(Pwl):
@@ -18,10 +15,7 @@ class PwlOfTime(Pwl):
     what = "straight lines through points in time"
     law = "out follows y_array over the times of x_array; before and behind them as pwl does"
     ports = (driving("out"),)
-    parameters: ClassVar[dict[str, Word]] = {
-        **Pwl.parameters,
-        "x_array": numbers("times, ascending", "s"),
-    }
+    parameters = Pwl.parameters | named(x_array=numbers("times, ascending", "s"))
 
     def input(self, seat: Seat) -> Expr:
         return seat.ctx.b.time()

@@ -6,11 +6,7 @@ The operating point holds its integrators at int_ic, as in ngspice: a constant i
 from __future__ import annotations
 
 from ..transfer import chain
-from .base import CodeModel, Seat, Word, driving, numbers, reading
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, driving, named, numbers, reading
 
 
 class TransferFunction(CodeModel):
@@ -18,16 +14,16 @@ class TransferFunction(CodeModel):
     what = "transfer function"
     law = "out = gain num(s)/den(s) (in + in_offset), coefficients from the highest power of s/denormalized_freq on"
     ports = (reading("in"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "in_offset": Word("added to the input", "", 0.0),
-        "gain": Word("gain", "", 1.0),
-        "num_coeff": numbers("of the numerator, highest power first"),
-        "den_coeff": numbers("of the denominator, highest power first"),
-        "int_ic": numbers(
+    parameters = named(
+        in_offset=Word("added to the input", "", 0.0),
+        gain=Word("gain", "", 1.0),
+        num_coeff=numbers("of the numerator, highest power first"),
+        den_coeff=numbers("of the denominator, highest power first"),
+        int_ic=numbers(
             "of the integrators at the operating point, that of the highest power first", "", (0.0,)
         ),
-        "denormalized_freq": Word("the coefficients are of s divided by this", "rad/s", 1.0),
-    }
+        denormalized_freq=Word("the coefficients are of s divided by this", "rad/s", 1.0),
+    )
 
     def check(self, seat: Seat) -> None:
         num, den = seat["num_coeff"], seat["den_coeff"]
@@ -49,10 +45,8 @@ class TransferFunction(CodeModel):
         # int_ic begins with the highest derivative but one
         starts = [seat.entry("int_ic", n - 1 - k, 0.0) for k in range(n)]
         z = chain(seat.ctx, seat.name, u, den, scales, "coordinate", "", starts)
-        out = seat.ctx.b.const(0.0)
-        for c, scale, term in zip(num, scales, z, strict=False):
-            out = out + c / scale * term
-        seat.drive("out", out)
+        terms = (c / scale * term for c, scale, term in zip(num, scales, z, strict=False))
+        seat.drive("out", sum(terms, seat.ctx.b.const(0.0)))
 
 
 MODEL = TransferFunction

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, both
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, both, named
 
 LATER = ("epsilon", "revepsilon", "ilimit", "revilimit")
 
@@ -16,14 +12,14 @@ class SimpleDiode(CodeModel):
     what = "diode of straight lines"
     law = "roff up to vfwd, ron above; below -vrev rrev"
     ports = (both("ds", "gd"),)
-    parameters: ClassVar[dict[str, Word]] = {
-        "roff": Word("resistance when off", "Ohm", 1.0, least=1e-12),
-        "ron": Word("resistance when on", "Ohm", 1.0, least=1e-12),
-        "rrev": Word("resistance in breakdown", "Ohm", None),
-        "vfwd": Word("forward voltage", "V", 0.0),
-        "vrev": Word("breakdown voltage", "V", 1e30),
+    parameters = named(
+        roff=Word("resistance when off", "Ohm", 1.0, least=1e-12),
+        ron=Word("resistance when on", "Ohm", 1.0, least=1e-12),
+        rrev=Word("resistance in breakdown", "Ohm", None),
+        vfwd=Word("forward voltage", "V", 0.0),
+        vrev=Word("breakdown voltage", "V", 1e30),
         **{key: Word("not supported", "", None) for key in LATER},
-    }
+    )
 
     def check(self, seat: Seat) -> None:
         for key in LATER:

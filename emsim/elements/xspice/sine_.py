@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 
-from .base import CodeModel, Seat, Word, driving, numbers, reading
+from .base import CodeModel, Seat, Word, driving, named, numbers, reading
 from .pwl_ import pairs
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
     from ..._engine import Expr
 
 CONTROL = {
@@ -34,11 +32,11 @@ class Sine(CodeModel):
     what = "sine oscillator whose frequency follows its input"
     law = "out goes between out_low and out_high as sin(2 pi of the integral of the frequency)"
     ports = (reading("cntl_in"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
+    parameters = named(
         **CONTROL,
-        "out_low": Word("lowest output", "", -1.0),
-        "out_high": Word("highest output", "", 1.0),
-    }
+        out_low=Word("lowest output", "", -1.0),
+        out_high=Word("highest output", "", 1.0),
+    )
 
     def check(self, seat: Seat) -> None:
         pairs(seat, "cntl_array", "freq_array")

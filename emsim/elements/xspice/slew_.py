@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, reading
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, driving, named, reading
 
 # it lags by this part of `range` at most, where the slope is the input's own
 LAG = 1e-3
@@ -17,11 +13,11 @@ class Slew(CodeModel):
     what = "follower of limited slope"
     law = "out follows in, upwards by rise_slope at most, downwards by fall_slope"
     ports = (reading("in"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "rise_slope": Word("largest slope upwards", "1/s", 1e9, least=1e-30),
-        "fall_slope": Word("largest slope downwards", "1/s", 1e9, least=1e-30),
-        "range": Word("so near to the input it turns to follow it", "", 0.1, least=1e-12),
-    }
+    parameters = named(
+        rise_slope=Word("largest slope upwards", "1/s", 1e9, least=1e-30),
+        fall_slope=Word("largest slope downwards", "1/s", 1e9, least=1e-30),
+        range=Word("so near to the input it turns to follow it", "", 0.1, least=1e-12),
+    )
 
     def build(self, seat: Seat) -> None:
         ctx, b = seat.ctx, seat.ctx.b

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 
-from .base import CodeModel, Seat, Word, driving, reading
+from .base import CodeModel, Seat, Word, driving, named, reading
 from .pwl_ import pairs
 from .sine_ import CONTROL, controlled
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
     from ..._engine import Expr
 
 
@@ -35,14 +33,14 @@ class Square(CodeModel):
     what = "square oscillator whose frequency follows its input"
     law = "each period out is low first and high for the duty_cycle at its end, in straight lines of rise_time and fall_time"
     ports = (reading("cntl_in"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
+    parameters = named(
         **CONTROL,
-        "out_low": Word("low output", "", -1.0),
-        "out_high": Word("high output", "", 1.0),
-        "duty_cycle": Word("part of the period in which it is high", "", 0.5, least=1e-6, most=0.999999),
-        "rise_time": Word("time of a rise", "s", 1e-9, least=1e-12),
-        "fall_time": Word("time of a fall", "s", 1e-9, least=1e-12),
-    }
+        out_low=Word("low output", "", -1.0),
+        out_high=Word("high output", "", 1.0),
+        duty_cycle=Word("part of the period in which it is high", "", 0.5, least=1e-6, most=0.999999),
+        rise_time=Word("time of a rise", "s", 1e-9, least=1e-12),
+        fall_time=Word("time of a fall", "s", 1e-9, least=1e-12),
+    )
 
     def check(self, seat: Seat) -> None:
         pairs(seat, "cntl_array", "freq_array")

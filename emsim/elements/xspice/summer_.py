@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, numbers, reading
+from .base import CodeModel, Seat, Word, driving, named, numbers, reading
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
-
     from ..._engine import Expr
 
 
@@ -24,17 +22,15 @@ class Summer(CodeModel):
     what = "sum"
     law = "out = out_gain (sum of in_gain (in + in_offset)) + out_offset"
     ports = (reading("in", is_list=True, least=2), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
-        "in_offset": numbers("added to each input"),
-        "in_gain": numbers("gain of each input, 1 where none is given"),
-        "out_gain": Word("gain of the sum", "", 1.0),
-        "out_offset": Word("added to the output", "", 0.0),
-    }
+    parameters = named(
+        in_offset=numbers("added to each input"),
+        in_gain=numbers("gain of each input, 1 where none is given"),
+        out_gain=Word("gain of the sum", "", 1.0),
+        out_offset=Word("added to the output", "", 0.0),
+    )
 
     def build(self, seat: Seat) -> None:
-        total = seat.ctx.b.const(0.0)
-        for term in terms(seat):
-            total = total + term
+        total = sum(terms(seat), seat.ctx.b.const(0.0))
         seat.drive("out", seat["out_gain"] * total + seat["out_offset"])
 
 

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, flag
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, flag, named
 
 
 class Controlled(CodeModel):
-    parameters: ClassVar[dict[str, Word]] = {
-        "cntl_off": Word("control where it is off", "", 0.0),
-        "cntl_on": Word("control where it is on", "", 1.0),
-        "r_off": Word("resistance when off", "Ohm", 1e12),
-        "r_on": Word("resistance when on", "Ohm", 1.0),
-        "log": flag("the law is that of the resistance's logarithm", True),
-    }
+    parameters = named(
+        cntl_off=Word("control where it is off", "", 0.0),
+        cntl_on=Word("control where it is on", "", 1.0),
+        r_off=Word("resistance when off", "Ohm", 1e12),
+        r_on=Word("resistance when on", "Ohm", 1.0),
+        log=flag("the law is that of the resistance's logarithm", True),
+    )
 
     def check(self, seat: Seat) -> None:
         if seat["cntl_on"] == seat["cntl_off"]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from math import prod
 
 from ...tables import TableError, number
 from .base import CodeModel, Port, Seat, Word, driving, reading, text
@@ -23,7 +24,7 @@ WORDS = {
         "file of the table: counts, then the abscissas of each input, then values, the first input fastest"
     ),
 }
-MOST = 4096  # values: each is an expression of its own
+MOST = 65_536  # values: each is an expression of its own
 
 
 def table_of(seat: Seat, inputs: int) -> tuple[list[list[float]], list[float]] | None:
@@ -38,9 +39,7 @@ def table_of(seat: Seat, inputs: int) -> tuple[list[list[float]], list[float]] |
             raise TableError("two places are needed along each input")
         axes = [[number(*next(words)) for _ in range(count)] for count in counts]
         values = [number(*word) for word in words]
-        total = 1
-        for count in counts:
-            total *= count
+        total = prod(counts)
         if len(values) != total:
             raise TableError(f"{len(values)} values, {' x '.join(map(str, counts))} want {total}")
         if total > MOST:

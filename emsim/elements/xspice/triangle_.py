@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, reading
+from .base import CodeModel, Seat, Word, driving, named, reading
 from .pwl_ import pairs
 from .sine_ import CONTROL, controlled
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
 
 
 class Triangle(CodeModel):
@@ -16,12 +12,12 @@ class Triangle(CodeModel):
     what = "triangle oscillator whose frequency follows its input"
     law = "out rises from out_low to out_high in the duty_cycle of a period, and falls in the rest"
     ports = (reading("cntl_in"), driving("out"))
-    parameters: ClassVar[dict[str, Word]] = {
+    parameters = named(
         **CONTROL,
-        "out_low": Word("lowest output", "", -1.0),
-        "out_high": Word("highest output", "", 1.0),
-        "duty_cycle": Word("part of the period in which it rises", "", 0.5, least=1e-6, most=0.999999),
-    }
+        out_low=Word("lowest output", "", -1.0),
+        out_high=Word("highest output", "", 1.0),
+        duty_cycle=Word("part of the period in which it rises", "", 0.5, least=1e-6, most=0.999999),
+    )
 
     def check(self, seat: Seat) -> None:
         pairs(seat, "cntl_array", "freq_array")

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, both, flag
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from typing import ClassVar
+from .base import CodeModel, Seat, Word, both, flag, named
 
 VOLTAGE = 0.026  # V, of the forward exponential at any temperature, as in ngspice
 
@@ -19,15 +15,15 @@ class Zener(CodeModel):
         "- i_breakdown exp(-(v + v_breakdown)/(i_breakdown r_breakdown))"
     )
     ports = (both("z", "gd"),)
-    parameters: ClassVar[dict[str, Word]] = {
-        "v_breakdown": Word("breakdown voltage", "V", None, least=1e-6),
-        "i_breakdown": Word("current at breakdown", "A", 2e-2, least=1e-9),
-        "i_sat": Word("saturation current", "A", 1e-12, least=1e-15),
-        "n_forward": Word("emission coefficient", "", 1.0, least=0.1),
-        "r_breakdown": Word("slope at breakdown", "Ohm", 1.0, least=1e-30),
-        "i_rev": Word("leakage at the breakdown voltage", "A", 1e-6),
-        "limit_switch": flag("limiting of Newton's steps in ngspice; has no effect"),
-    }
+    parameters = named(
+        v_breakdown=Word("breakdown voltage", "V", None, least=1e-6),
+        i_breakdown=Word("current at breakdown", "A", 2e-2, least=1e-9),
+        i_sat=Word("saturation current", "A", 1e-12, least=1e-15),
+        n_forward=Word("emission coefficient", "", 1.0, least=0.1),
+        r_breakdown=Word("slope at breakdown", "Ohm", 1.0, least=1e-30),
+        i_rev=Word("leakage at the breakdown voltage", "A", 1e-6),
+        limit_switch=flag("limiting of Newton's steps in ngspice; has no effect"),
+    )
 
     def check(self, seat: Seat) -> None:
         if seat["v_breakdown"] is None:

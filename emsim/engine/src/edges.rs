@@ -76,8 +76,7 @@ impl Edges {
     /// Unknowns that conditions and kinks read, or that sources fix: those of them that follow sources make edges.
     pub fn reads(model: &Model, g: &Graph) -> Vec<usize> {
         let roots: Vec<Id> = model.flags.iter().flat_map(|f| [f.up, f.down]).collect();
-        let unknown = |id| if let Node::Unknown(i) = g.node(id) { Some(i as usize) } else { None };
-        g.reachable(&roots).into_iter().filter_map(unknown).collect()
+        g.unknowns(&roots)
     }
 
     /// The edges, the rows that are left to be stepped through, and operands of flags that are found by stepping. `follows`: unknowns

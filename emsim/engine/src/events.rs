@@ -386,12 +386,13 @@ impl Detector {
     /// What rises no higher than the first inside a step is nothing, what rises no higher than the second may be nothing: values are known
     /// less well there. Of laws with modes, and kinks, which are the same on both sides, these are one.
     fn levels(&self, sys: &System, w: &Work, m: &Candidate, k: usize) -> (f64, f64) {
-        let (law, size) = (sys.flags[k].law, sys.flag_size(w, k));
+        let (law, size, rest) = (sys.flags[k].law, sys.flag_size(w, k), sys.flag_unknown(w, k));
         let unknown = match law {
             Law::Mode => sys.mode_band(w, k),
-            _ => INSIDE * m.reltol * size,
+            _ => INSIDE * (m.reltol * size).max(rest),
         };
-        let told_by_ends = m.peaks && law != Law::Mode && !law.is_kink();
+        // what has hardly moved from rest is known no better at an end
+        let told_by_ends = m.peaks && law != Law::Mode && !law.is_kink() && rest == 0.0;
         let zero = self.before[k].max(0.0);
         (zero + if told_by_ends { ROUGH * size } else { unknown }, zero + unknown)
     }

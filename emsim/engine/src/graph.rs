@@ -527,6 +527,12 @@ impl Graph {
         found
     }
 
+    /// Unknowns that they read.
+    pub fn unknowns(&self, outs: &[Id]) -> Vec<usize> {
+        let unknown = |id| if let Node::Unknown(i) = self.node(id) { Some(i as usize) } else { None };
+        self.reachable(outs).into_iter().filter_map(unknown).collect()
+    }
+
     /// Does any of them read an unknown through an exponential?
     pub fn has_exponentials(&self, outs: &[Id]) -> bool {
         let mut reads: HashMap<Id, bool> = HashMap::new(); // an unknown

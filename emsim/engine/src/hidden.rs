@@ -13,10 +13,13 @@
 //! sources' slopes (`Wave::slope`), which are known exactly, currents and voltages that follow from them jump where the sources bend,
 //! whatever the method. (Hairer and Wanner 1996, section VII.2: index reduction by differentiation.)
 //!
+//! The rows of nodes that only capacitors tie together store nothing in their sum, which is such a constraint; where one of these
+//! relations needs it, it takes the place of one of them first.
+//!
 //! A constraint that reads a slope already is not differentiated again: slopes jump. One that reads a source which jumps is left as
 //! it is, for what it hides is an impulse there, and one that holds expressions that are not linear: no row here is an approximation.
 use crate::graph::Graph;
-use crate::model::{linear_terms, Kind, Model};
+use crate::model::{linear_form, Kind, Model};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Entries that cancel to this part of what they are added up from are none.
@@ -40,6 +43,12 @@ struct Term {
 
 type Terms = BTreeMap<usize, Term>;
 
+impl Term {
+    fn new(v: f64) -> Term {
+        Term { v, size: v.abs() }
+    }
+}
+
 /// mine += factor theirs
 fn add(mine: &mut Terms, factor: f64, theirs: impl Iterator<Item = (usize, Term)>) {
     for (k, t) in theirs {
@@ -61,8 +70,8 @@ struct Line {
 
 impl Line {
     fn new(row: usize, entries: &BTreeMap<usize, f64>) -> Line {
-        let x = entries.iter().map(|(&k, &v)| (k, Term { v, size: v.abs() })).collect();
-        Line { x, of: BTreeMap::from([(row, Term { v: 1.0, size: 1.0 })]) }
+        let x = entries.iter().map(|(&k, &v)| (k, Term::new(v))).collect();
+        Line { x, of: BTreeMap::from([(row, Term::new(1.0))]) }
     }
 
     /// Takes away so much of another one that nothing of this unknown is left; how many entries that touched.
@@ -76,31 +85,27 @@ impl Line {
 }
 
 /// A row that the sum of rows replaces: the others of them, and the rows whose sources' slopes stand in it.
-struct Relation {
-    row: usize,
-    others: Vec<(usize, f64)>,
-    slopes: Vec<(usize, f64)>,
+pub struct Relation {
+    pub row: usize,
+    pub others: Vec<(usize, f64)>,
+    pub slopes: Vec<(usize, f64)>,
 }
 
-/// The model with its hidden constraints in the place of rows that store; None where it has none.
-pub fn lowered(model: &Model, g: &mut Graph) -> Option<Model> {
-    let mut made: Option<Model> = None;
+/// The model with its hidden constraints in the place of rows that store, and which took whose; None where it has none.
+pub fn lowered(model: &Model, g: &mut Graph) -> Option<(Model, Vec<Relation>)> {
+    let mut made: Option<(Model, Vec<Relation>)> = None;
     loop {
-        let rows = Rows::new(made.as_ref().unwrap_or(model), g);
+        let rows = Rows::new(made.as_ref().map_or(model, |m| &m.0), g);
         let found = rows.relations();
         if found.is_empty() {
             return made;
         }
-        let constant: Vec<Vec<(usize, f64)>> = found
-            .iter()
-            .map(|r| {
-                r.slopes.iter().flat_map(|&(j, m)| rows.sources[j].iter().map(move |&(k, b)| (k, m * b))).collect()
-            })
-            .collect();
-        let into = made.get_or_insert_with(|| model.twin());
-        for (relation, slopes) in found.iter().zip(constant) {
-            into.replace(g, relation, &slopes);
+        let (into, relations) = made.get_or_insert_with(|| (model.twin(), Vec::new()));
+        for relation in &found {
+            let of_row = |&(j, m): &(usize, f64)| rows.sources[j].iter().map(move |&(k, b)| (k, m * b));
+            into.replace(g, relation, relation.slopes.iter().flat_map(of_row));
         }
+        relations.extend(found);
     }
 }
 
@@ -110,9 +115,11 @@ struct Rows {
     c: Vec<BTreeMap<usize, f64>>,
     sources: Vec<Vec<(usize, f64)>>, // those whose slopes count
     constraint: Vec<bool>,           // algebraic, linear, of sources that do not jump
+    plain: Vec<bool>,                // linear but for what it stores, of sources that do not jump
     stores: Vec<bool>,               // what they store is linear
     devices: Vec<bool>,              // devices drive currents into them
     shown: Vec<bool>,                // derivatives
+    coil: Vec<bool>,                 // of branches: fluxes, not charges
     budget: usize,
 }
 
@@ -127,13 +134,18 @@ impl Rows {
             rows.iter_mut().for_each(|row: &mut BTreeMap<usize, f64>| row.retain(|_, v| *v != 0.0));
             rows
         };
-        let (mut g, c) = (by_row(&model.g), by_row(&model.c));
+        let (mut g, mut c) = (by_row(&model.g), by_row(&model.c));
         let mut sources = vec![Vec::new(); n];
         model.f_wave.iter().for_each(|&(r, k, v)| sources[r].push((k, v)));
         let kind = |i: usize| model.unknowns[i].kind;
         let electrical = |i: usize| matches!(kind(i), Kind::Node | Kind::Branch);
         let (mut devices, mut charged) = (vec![false; n], vec![false; n]);
-        model.q.keys().for_each(|&r| charged[r] = true);
+        for (&r, &e) in &model.q {
+            match linear_form(graph, e, true).filter(|[_, waves]| waves.is_empty()) {
+                Some([unknowns, _]) => unknowns.into_iter().for_each(|(k, v)| *c[r].entry(k).or_default() += v),
+                None => charged[r] = true,
+            }
+        }
         for (class, k) in model.classes.iter().flat_map(|c| (0..c.seats().len()).map(move |k| (c, k))) {
             for (j, rows) in class.seats()[k].rows.iter().enumerate() {
                 for row in rows.iter().filter_map(|&r| usize::try_from(r).ok()) {
@@ -144,26 +156,26 @@ impl Rows {
         }
         let stores: Vec<bool> =
             (0..n).map(|r| !c[r].is_empty() && !charged[r] && (electrical(r) || kind(r) == Kind::Derivative)).collect();
-        let mut constraint: Vec<bool> =
-            (0..n).map(|r| c[r].is_empty() && !charged[r] && !devices[r] && electrical(r)).collect();
-        model.responses.iter().for_each(|r| constraint[r.row] = false);
+        let mut plain: Vec<bool> = (0..n).map(|r| !charged[r] && !devices[r] && electrical(r)).collect();
+        model.responses.iter().for_each(|r| plain[r.row] = false);
         for (&r, &e) in &model.f {
-            match constraint[r].then(|| linear_terms(graph, e)).flatten() {
-                Some((unknowns, waves)) => {
+            match plain[r].then(|| linear_form(graph, e, true)).flatten() {
+                Some([unknowns, waves]) => {
                     unknowns.into_iter().for_each(|(k, v)| *g[r].entry(k).or_default() += v);
                     g[r].retain(|_, v| *v != 0.0);
                     sources[r].extend(waves);
                 }
-                None => constraint[r] = false,
+                None => plain[r] = false,
             }
         }
         for r in 0..n {
             sources[r].retain(|&(k, v)| v != 0.0 && !model.waves[k].still());
-            constraint[r] &= sources[r].iter().all(|&(k, _)| model.waves[k].slope().is_some());
+            plain[r] &= sources[r].iter().all(|&(k, _)| model.waves[k].slope().is_some());
         }
+        let constraint = (0..n).map(|r| plain[r] && c[r].is_empty()).collect();
         let entries: usize = g.iter().chain(&c).map(BTreeMap::len).sum();
-        let shown = (0..n).map(|r| kind(r) == Kind::Derivative).collect();
-        Rows { g, c, sources, constraint, stores, devices, shown, budget: WORK * entries + LEAST_WORK }
+        let [shown, coil] = [Kind::Derivative, Kind::Branch].map(|of| (0..n).map(|r| kind(r) == of).collect());
+        Rows { g, c, sources, constraint, plain, stores, devices, shown, coil, budget: WORK * entries + LEAST_WORK }
     }
 
     fn relations(&self) -> Vec<Relation> {
@@ -173,7 +185,16 @@ impl Rows {
         if states.is_empty() {
             return Vec::new();
         }
-        let constraints = self.between_states(&states);
+        let n = self.g.len();
+        let bound = (0..n).filter(|&r| self.constraint[r] && !self.g[r].is_empty());
+        let mut lines: Vec<Line> = bound.map(|r| Line::new(r, &self.g[r])).collect();
+        let sums = if lines.is_empty() { Vec::new() } else { self.sums() };
+        for (k, sum) in sums.iter().enumerate() {
+            let mut line = Line::new(n + k, &BTreeMap::new());
+            sum.iter().for_each(|&(r, z)| add(&mut line.x, z, self.g[r].iter().map(|(&k, &v)| (k, Term::new(v)))));
+            lines.push(line);
+        }
+        let constraints = self.between_states(lines, &states);
         if constraints.is_empty() {
             return Vec::new();
         }
@@ -183,11 +204,12 @@ impl Rows {
             basis.reduce(&mut line);
             basis.insert(line);
         }
-        // small ones follow from large ones with coefficients below one; what is only shown, and what devices drive, from the others
+        // small ones follow from large ones with coefficients below one; what is only shown, and what devices drive, from the others; and
+        // where a cutset reads voltages, its coils' currents follow from those of capacitors, which it does not hold
         let size = |r: usize| self.c[r].values().fold(0.0_f64, |m, v| m.max(v.abs()));
         let last = |r: usize| self.shown[r] || self.devices[r];
         let mut rows: Vec<usize> = self.tied_to(bound);
-        rows.sort_by(|&a, &b| last(a).cmp(&last(b)).then(size(b).total_cmp(&size(a))));
+        rows.sort_by(|&a, &b| (last(a), self.coil[a]).cmp(&(last(b), self.coil[b])).then(size(b).total_cmp(&size(a))));
         let mut found = Vec::new();
         for r in rows {
             let mut line = Line::new(r, &self.c[r]);
@@ -196,7 +218,8 @@ impl Rows {
                 break;
             }
             if !line.x.is_empty() {
-                if !last(r) {
+                // (what devices drive into a row stands in no other)
+                if !self.devices[r] {
                     basis.insert(line);
                 }
                 continue;
@@ -204,21 +227,47 @@ impl Rows {
             let part = |which: &dyn Fn(usize) -> bool| -> Vec<(usize, f64)> {
                 line.of.iter().filter(|(&k, _)| k != r && which(k)).map(|(&k, t)| (k, t.v)).collect()
             };
-            let (slopes, others) = (part(&|k| self.constraint[k]), part(&|k| !self.constraint[k]));
+            let slopes = part(&|k| k >= n || self.constraint[k]);
+            let others = part(&|k| k < n && !self.constraint[k]);
             // (without a constraint in it, rows store the same)
             if !slopes.is_empty() && others.len() < LONGEST {
                 found.push(Relation { row: r, others, slopes });
+            }
+        }
+        // sums of rows that store are rows first
+        let summed: BTreeSet<usize> =
+            found.iter().flat_map(|r| &r.slopes).filter(|s| s.0 >= n).map(|s| s.0 - n).collect();
+        if summed.is_empty() {
+            return found;
+        }
+        let row = |k: usize| {
+            let ((row, _), others) = sums[k].split_last()?;
+            Some(Relation { row: *row, others: others.to_vec(), slopes: Vec::new() })
+        };
+        summed.into_iter().filter_map(row).collect()
+    }
+
+    /// Combinations of rows in which nothing is stored, as of the two ends of a capacitor: what they come to is a constraint. Each ends
+    /// with a row that none of the others has, with the factor 1.
+    fn sums(&self) -> Vec<Vec<(usize, f64)>> {
+        let (mut basis, mut found) = (Basis::default(), Vec::new());
+        for r in (0..self.c.len()).filter(|&r| self.stores[r] && self.plain[r]) {
+            let mut line = Line::new(r, &self.c[r]);
+            basis.reduce(&mut line);
+            if basis.work > self.budget {
+                break;
+            }
+            if line.x.is_empty() && line.of.len() <= LONGEST {
+                found.push(line.of.iter().filter(|(&k, _)| k != r).map(|(&k, t)| (k, t.v)).chain([(r, 1.0)]).collect());
+            } else {
+                basis.insert(line);
             }
         }
         found
     }
 
     /// Combinations of the constraints in which there is nothing but states.
-    fn between_states(&self, states: &BTreeSet<usize>) -> Vec<Line> {
-        let mut lines: Vec<Line> = Vec::new();
-        for r in (0..self.g.len()).filter(|&r| self.constraint[r] && !self.g[r].is_empty()) {
-            lines.push(Line::new(r, &self.g[r]));
-        }
+    fn between_states(&self, mut lines: Vec<Line>, states: &BTreeSet<usize>) -> Vec<Line> {
         let mut holders: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new(); // lines with an unknown that is no state
         for (k, line) in lines.iter().enumerate() {
             line.x.keys().filter(|c| !states.contains(c)).for_each(|&c| {
@@ -316,15 +365,16 @@ impl Basis {
 
 impl Model {
     /// Puts a sum of rows, and slopes of sources, into the place of a row that stored.
-    fn replace(&mut self, g: &mut Graph, relation: &Relation, slopes: &[(usize, f64)]) {
+    fn replace(&mut self, g: &mut Graph, relation: &Relation, slopes: impl Iterator<Item = (usize, f64)>) {
         let Relation { row, others, .. } = relation;
         let factor: BTreeMap<usize, f64> = others.iter().copied().chain([(*row, 1.0)]).collect();
         self.c.retain(|e| e.0 != *row);
+        self.q.remove(row);
         for entries in [&mut self.g, &mut self.f_wave] {
             let mut sum = Terms::new();
             for &(r, k, v) in entries.iter() {
                 if let Some(&by) = factor.get(&r) {
-                    add(&mut sum, by, std::iter::once((k, Term { v, size: v.abs() })));
+                    add(&mut sum, by, std::iter::once((k, Term::new(v))));
                 }
             }
             entries.retain(|e| e.0 != *row);
@@ -338,7 +388,7 @@ impl Model {
         });
         self.f.extend(sum.map(|sum| (*row, sum)));
         let mut each = BTreeMap::new();
-        slopes.iter().for_each(|&(k, v)| *each.entry(k).or_insert(0.0) += v);
+        slopes.for_each(|(k, v)| *each.entry(k).or_insert(0.0) += v);
         for (k, v) in each.into_iter().filter(|&(_, v)| v != 0.0) {
             let slope = self.slope_of(k);
             self.f_wave.push((*row, slope, v));

@@ -121,7 +121,7 @@ impl Invariants {
         let (count, mut place) = (plain.len(), vec![None; sys.n]);
         let watched: Vec<usize> = plain.into_iter().chain((0..sys.n).filter(algebraic).filter(|&i| bends[i])).collect();
         watched.iter().enumerate().for_each(|(k, &i)| place[i] = Some(k as u32));
-        let law = watched.iter().map(|&i| sys.laws.list.iter().any(|law| law.row == i)).collect();
+        let law = watched.iter().map(|&i| sys.laws.has_row(i)).collect();
         let terms = sys.constant_terms().filter_map(|(row, col, v)| Some((place[row]?, col as u32, v))).collect();
         let sources = sys.source_rows().iter().filter_map(|&(row, k, v)| Some((place[row]?, k as u32, v))).collect();
         let found = sys.expression_ids(0).iter().filter_map(|&(row, id)| Some((place[row]?, id)));

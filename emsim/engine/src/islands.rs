@@ -173,7 +173,7 @@ impl Model {
             charged.insert(row);
         }
         for (&row, &e) in self.q.iter().filter(|(&row, _)| node(row)) {
-            for leaf in unknowns(g, e) {
+            for leaf in g.unknowns(&[e]) {
                 island.join(row, if node(leaf) { leaf } else { ground });
             }
             charged.insert(row);
@@ -413,10 +413,4 @@ fn add_terms(g: &Graph, e: Id, terms: &mut BTreeMap<Id, i32>) {
             _ => *terms.entry(id).or_default() += count,
         }
     }
-}
-
-/// Unknowns that an expression reads.
-fn unknowns(g: &Graph, e: Id) -> Vec<usize> {
-    let unknown = |&id: &Id| if let Node::Unknown(i) = g.node(id) { Some(i as usize) } else { None };
-    g.reachable(&[e]).iter().filter_map(unknown).collect()
 }

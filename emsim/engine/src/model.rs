@@ -258,6 +258,8 @@ pub struct Model {
     pub q: BTreeMap<usize, Id>,
     #[serde(skip)]
     pub classes: Vec<Box<dyn Class>>,
+    #[serde(skip)]
+    pub lately: compiled::Lately,
     /// unknowns that are the rates of others, by these
     #[serde(skip)]
     pub rates: BTreeMap<usize, usize>,
@@ -269,6 +271,8 @@ pub struct Model {
     pub forces: Vec<Force>,
     /// Branch currents held while a run's start is sought: of coils that would short a voltage.
     pub starting_currents: Vec<(usize, f64)>,
+    /// Integrals that every operating point holds at their initial values.
+    pub states: Vec<(usize, f64)>,
     pub ic_charge: Vec<(usize, f64)>,
     /// node voltages of a start with UIC, where capacitors have them
     pub given: Vec<(usize, f64)>,
@@ -294,6 +298,7 @@ impl Model {
             f: self.f.clone(),
             q: self.q.clone(),
             classes: self.classes.iter().map(|class| class.moved(&|k| k)).collect(),
+            lately: Default::default(),
             rates: self.rates.clone(),
             placed: None,
             flags: self.flags.clone(),
@@ -301,6 +306,7 @@ impl Model {
             logic: self.logic.twin(),
             forces: self.forces.clone(),
             starting_currents: self.starting_currents.clone(),
+            states: self.states.clone(),
             ic_charge: self.ic_charge.clone(),
             given: self.given.clone(),
             off: self.off.clone(),
@@ -353,11 +359,11 @@ impl Model {
         module: &str,
         name: &str,
         terminals: &[i32],
-        folded: &Folded,
+        folded: &Arc<Folded>,
         m: f64,
     ) -> Result<(), String> {
         let (unknowns, rates, mut made) = (&mut self.unknowns, &mut self.rates, Vec::new());
-        let (g, c) = (&mut self.g, &mut self.c);
+        let (g, c, states) = (&mut self.g, &mut self.c, &mut self.states);
         let add = |unknowns: &mut Vec<Unknown>, name: String, kind: Kind, unit: &str| {
             unknowns.push(Unknown { name, kind, unit: unit.into(), initial: 0.0 });
             unknowns.len() - 1
@@ -370,7 +376,10 @@ impl Model {
                         Sort::Current => (Kind::Branch, "A"),
                         Sort::Rate => (Kind::Derivative, ""),
                     };
-                    add(unknowns, format!("{name}#{node}"), kind, unit) as i32
+                    let k = add(unknowns, format!("{name}#{node}"), kind, unit);
+                    let start = folded.starts.iter().find(|s| folded.unknowns[s.0].name == node);
+                    states.extend(start.map(|s| (k, s.1)));
+                    k as i32
                 }
                 Wanted::Rate(node) => usize::try_from(node).map_or(-1, |node| {
                     *rates.entry(node).or_insert_with(|| {
@@ -385,10 +394,11 @@ impl Model {
             made.push(k);
             k
         };
-        compiled::seat(&mut self.classes, module, name, terminals, folded, m, &mut unknown)?;
+        let places = (&mut self.classes, &mut self.lately);
+        compiled::seat(places, module, (name, terminals), folded, m, &mut unknown)?;
         if let Some(placed) = &mut self.placed {
             let (module, name, terminals) = (module.into(), name.into(), terminals.to_vec());
-            let folded = Box::new(folded.clone());
+            let folded = Box::new(Folded::clone(folded));
             placed.push(Placed::Module { module, name, terminals, folded, multiplied: m, inner: made });
         }
         Ok(())
@@ -429,7 +439,8 @@ impl Model {
                 Placed::Module { module, name, terminals, folded, multiplied, inner } => {
                     let mut inner = inner.into_iter();
                     let mut next = |_: Wanted| inner.next().unwrap_or(-1);
-                    compiled::seat(&mut self.classes, &module, &name, &terminals, &folded, multiplied, &mut next)?;
+                    let (places, folded) = ((&mut self.classes, &mut self.lately), Arc::new(*folded));
+                    compiled::seat(places, &module, (&name, &terminals), &folded, multiplied, &mut next)?;
                 }
                 Placed::Part { kind, name, ports, values } => {
                     self.logic.add(&kind, &name, ports, &values.into_iter().collect())?;
@@ -446,20 +457,16 @@ impl Model {
             return;
         }
         let forms = |rows: &BTreeMap<usize, Id>| -> Option<Vec<(usize, LinearForm)>> {
-            rows.iter().map(|(&row, &e)| Some((row, linear_form(g, e)?))).collect()
+            rows.iter().map(|(&row, &e)| Some((row, linear_form(g, e, false)?))).collect()
         };
         let (Some(f), Some(q)) = (forms(&self.f), forms(&self.q)) else { return };
-        if q.iter().flat_map(|(_, form)| form.keys()).any(|leaf| matches!(leaf, Leaf::Wave(_))) {
+        if q.iter().any(|(_, [_, waves])| !waves.is_empty()) {
             return;
         }
         for (rows, out) in [(f, &mut self.g), (q, &mut self.c)] {
-            for (row, form) in rows {
-                for (leaf, v) in form {
-                    match leaf {
-                        Leaf::Unknown(col) => out.push((row, col, v)),
-                        Leaf::Wave(k) => self.f_wave.push((row, k, v)),
-                    }
-                }
+            for (row, [unknowns, waves]) in rows {
+                out.extend(unknowns.into_iter().map(|(col, v)| (row, col, v)));
+                self.f_wave.extend(waves.into_iter().map(|(k, v)| (row, k, v)));
             }
         }
         self.f.clear();
@@ -467,38 +474,19 @@ impl Model {
     }
 }
 
-/// An expression that is a linear form, as (unknown, coefficient) and (source, coefficient).
-#[allow(clippy::type_complexity)]
-pub fn linear_terms(g: &Graph, e: Id) -> Option<(Vec<(usize, f64)>, Vec<(usize, f64)>)> {
-    let (mut unknowns, mut waves) = (Vec::new(), Vec::new());
-    for (leaf, v) in linear_form(g, e)? {
-        match leaf {
-            Leaf::Unknown(k) => unknowns.push((k, v)),
-            Leaf::Wave(k) => waves.push((k, v)),
-        }
-    }
-    Some((unknowns, waves))
-}
+/// Coefficients of unknowns and of sources.
+type LinearForm = [BTreeMap<usize, f64>; 2];
 
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Leaf {
-    Unknown(usize),
-    Wave(usize),
-}
-
-/// Coefficients.
-type LinearForm = BTreeMap<Leaf, f64>;
-
-/// `e` as a linear form; None where it is none, or has a constant term.
-fn linear_form(g: &Graph, e: Id) -> Option<LinearForm> {
+/// `e` as a linear form; None where it is none, or has a constant term that may not be.
+pub fn linear_form(g: &Graph, e: Id, constant: bool) -> Option<LinearForm> {
     // factor of each node's value in e, passed down from e to the leaves
     let mut factors: BTreeMap<Id, f64> = BTreeMap::from([(e, 1.0)]);
-    let mut form = LinearForm::new();
+    let [mut unknowns, mut waves] = LinearForm::default();
     while let Some((id, factor)) = factors.pop_last() {
         let mut pass = |to: Id, factor: f64| *factors.entry(to).or_default() += factor;
         match g.node(id) {
-            Node::Unknown(i) => *form.entry(Leaf::Unknown(i as usize)).or_default() += factor,
-            Node::Wave(k) => *form.entry(Leaf::Wave(k as usize)).or_default() += factor,
+            Node::Unknown(i) => *unknowns.entry(i as usize).or_default() += factor,
+            Node::Wave(k) => *waves.entry(k as usize).or_default() += factor,
             Node::Neg(a) => pass(a, -factor),
             Node::Add(a, b) => {
                 pass(a, factor);
@@ -514,9 +502,10 @@ fn linear_form(g: &Graph, e: Id) -> Option<LinearForm> {
                 _ => return None,
             },
             Node::Div(a, b) => pass(a, factor / g.value(b)?),
-            _ if g.value(id) == Some(0.0) => {}
+            _ if g.value(id).is_some_and(|v| constant || v == 0.0) => {}
             _ => return None,
         }
     }
-    form.values().all(|v| v.is_finite()).then_some(form)
+    let finite = unknowns.values().chain(waves.values()).all(|v: &f64| v.is_finite());
+    finite.then_some([unknowns, waves])
 }

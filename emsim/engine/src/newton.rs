@@ -14,6 +14,8 @@
 //!
 //! In a passive network of two-poles (passive.rs) an iterate may be accepted without that: what the straight lines of the
 //! devices have missed at the new point is measured there, and bounds the next update of every device's voltage.
+mod noise;
+
 use crate::interrupt;
 use crate::model::Kind;
 use crate::sparse::{Lu, Once, Program, Recurring, Singular};
@@ -21,6 +23,7 @@ use crate::system::{Stage, System, Work};
 use crate::tape::{Value, Written};
 pub use crate::tolerances::{Options, Tolerances};
 use crate::twice::{by_lanes, whole, Lanes};
+pub use noise::Noise;
 
 #[derive(Clone, Debug)]
 pub enum Failure {
@@ -84,8 +87,6 @@ impl Failure {
     }
 }
 
-/// Of a charge, times what the differences of error estimates make of it.
-const ROUNDING: f64 = 4e-15;
 /// An iteration that has not converged after so many may have met the rounding of charges.
 const STALLS: usize = 8;
 
@@ -149,47 +150,6 @@ pub struct Newton {
     storing: Asked,    // a C e of a filtered error
     charges: Vec<f64>, // Q of the solution, in whole blocks
     slopes: Vec<f64>,  // F there; empty for those who do not ask for it
-}
-
-/// What the rounding of the charges does to the unknowns when it is divided by the step, and that of what the equations add up:
-/// a shorter step has more of it. A volt on a capacitor is known to 1e-16; a picosecond's current is not, and what two floating
-/// capacitors have in common hangs on that. Nor is the current through 20 mOhm under 12 V, to 1e-13 A: an inductor behind it
-/// makes volts of these in a femtosecond.
-pub struct Noise {
-    pub of: Vec<f64>,
-    uneven: Vec<f64>,
-    mixed: Vec<f64>, // the same, of other signs
-}
-
-/// Roundings are not in proportion to what is rounded: charges themselves are what the inverse takes to x, and to next to nothing of
-/// a current of picoamperes beside one of 30 mA in the other winding. (That of a diode that blocks was then off by 3e-4 V from update
-/// to update, of which 1e-13 was known, and no step was short enough.) From 1/2 to 1, neighbours far apart.
-fn uneven(i: usize) -> f64 {
-    0.5 + 0.5 * (i as f64 * 0.618_033_988_749_894_9).fract()
-}
-
-impl Noise {
-    pub fn new(n: usize) -> Noise {
-        Noise { of: vec![0.0; n], uneven: (0..n).map(uneven).collect(), mixed: Vec::new() }
-    }
-
-    /// At x with the charges `q` and a = 1/h; `solve` is (G + a C)^-1.
-    pub fn find(&mut self, sys: &System, a: f64, x: &[f64], q: &[f64], mut solve: impl FnMut(&mut [f64])) -> &[f64] {
-        sys.terms(x, &mut self.of);
-        for (b, (q, uneven)) in self.of.iter_mut().zip(q.iter().zip(&self.uneven)) {
-            *b = ROUNDING * uneven * (*b + (a * q).abs());
-        }
-        // roundings of either sign: one pattern alone may be what the inverse takes to next to nothing, as momenta to speeds
-        let mixed = self.of.iter().enumerate().map(|(i, b)| if i.count_ones() % 2 == 0 { *b } else { -b });
-        self.mixed.clear();
-        self.mixed.extend(mixed);
-        solve(&mut self.of);
-        solve(&mut self.mixed);
-        for (noise, mixed) in self.of.iter_mut().zip(&self.mixed) {
-            *noise = noise.abs().max(mixed.abs());
-        }
-        &self.of
-    }
 }
 
 impl Newton {
@@ -344,9 +304,11 @@ impl Newton {
             let converged = self.advance::<L>(stage, tol)?;
             let x = stage.x();
             if fit {
-                good += u32::from(converged && !w.limited);
-                let fits = sys.stage_expand_and_fit(w, x, t, a) && converged;
-                if fits || good > PATIENCE {
+                let limited = w.limited;
+                let met = sys.stage_expand_and_fit(w, x, t, a);
+                let near = converged || (iteration >= STALLS && self.within_rounding(sys, w, a, x, tol));
+                good += u32::from(near && !limited);
+                if (met && near) || good > PATIENCE {
                     self.close(sys, w, a, stage, false);
                     return Ok(iteration);
                 }
@@ -521,9 +483,10 @@ impl Newton {
         w.counters.solves += 2;
         if !self.hold(sys, w, a) {
             self.noise.of.fill(0.0);
-            return &self.noise.of;
+        } else {
+            self.noise.find(sys, (w, a), [x, &self.charges], |b| self.lu.solve(b));
         }
-        self.noise.find(sys, a, x, &self.charges, |b| self.lu.solve(b))
+        &self.noise.of
     }
 
     /// The largest of the errors e over `share` of its unknown's tolerance and that noise: no shorter step has less of it.

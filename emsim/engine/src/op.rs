@@ -94,7 +94,7 @@ impl<'a> Dc<'a> {
             .collect();
         // a static equilibrium needs its multipliers
         let mut held = if hold { held } else { vec![None; n] };
-        for &(row, value) in sys.starting_currents.iter().filter(|_| starts) {
+        for &(row, value) in sys.starting_currents.iter().filter(|_| starts).chain(&sys.states) {
             held[row] = Some(value);
         }
         let couples: Vec<(usize, usize)> = if hold { Vec::new() } else { couples(sys) };
@@ -237,7 +237,7 @@ impl<'a> Dc<'a> {
             for &(q, u, place) in &self.pairs {
                 // the mass of the coordinate itself: the diagonal of dp/du
                 let mass = sys.pattern.position(u, u).map_or(0.0, |k| w.cv[k].abs());
-                let k = per_square * if mass > 0.0 { mass } else { 1.0 };
+                let k = per_square * rest::way(sys, w, q, u) * if mass > 0.0 { mass } else { 1.0 };
                 self.matrix[place] += k;
                 self.residual[u] -= k * (x[q] - last[q]);
             }

@@ -29,7 +29,7 @@ mod apart;
 mod bends;
 pub mod delays;
 mod devices;
-mod follow;
+pub mod follow;
 pub mod foreseen;
 mod guests;
 mod laws;
@@ -71,6 +71,7 @@ pub struct System {
     pub laws: Laws,
     pub forces: Vec<Force>,
     pub starting_currents: Vec<(usize, f64)>,
+    pub states: Vec<(usize, f64)>,
     pub ic_charge: Vec<(usize, f64)>,
     pub given: Vec<(usize, f64)>,
     pub pattern: Pattern,
@@ -231,7 +232,8 @@ impl Work {
 
     /// As a run begins.
     pub fn reset_flags(&mut self, sys: &System) {
-        let fresh = sys.work();
+        let mut fresh = sys.work();
+        std::mem::swap(&mut fresh.standing.floor, &mut self.standing.floor);
         let flags = std::mem::replace(&mut self.flags, fresh.flags);
         (self.standing, self.logic) = (fresh.standing, fresh.logic);
         sys.inherit(self, &flags);
@@ -328,11 +330,7 @@ impl System {
         let mut q_jac = Vec::new();
         for (rows, out) in [(&model.f, &mut f_jac), (&model.q, &mut q_jac)] {
             for (&row, &expr) in rows {
-                let read: Vec<usize> = g
-                    .reachable(&[expr])
-                    .iter()
-                    .filter_map(|&id| if let Node::Unknown(i) = g.node(id) { Some(i as usize) } else { None })
-                    .collect();
+                let read = g.unknowns(&[expr]);
                 let xs: Vec<Id> = read.iter().map(|&i| leaves[i]).collect();
                 for (&col, d) in read.iter().zip(gradient(g, expr, &xs)) {
                     if g.value(d) != Some(0.0) {
@@ -515,6 +513,7 @@ impl System {
             laws,
             forces: model.forces,
             starting_currents: model.starting_currents,
+            states: model.states,
             ic_charge: model.ic_charge,
             given: model.given,
             phases: phases::phases(g, &model.f.values().chain(model.q.values()).copied().collect::<Vec<_>>()),
@@ -807,7 +806,7 @@ impl System {
 }
 
 /// Entries, those of one place added up.
-fn summed(entries: &[(usize, usize, f64)]) -> BTreeMap<(usize, usize), f64> {
+pub fn summed(entries: &[(usize, usize, f64)]) -> BTreeMap<(usize, usize), f64> {
     let mut sums = BTreeMap::new();
     for &(r, c, v) in entries {
         *sums.entry((r, c)).or_default() += v;

@@ -10,6 +10,7 @@ use std::sync::OnceLock;
 
 pub mod batch;
 mod native;
+mod sizes;
 mod trig;
 mod written;
 
@@ -444,6 +445,11 @@ impl Tape {
     #[inline(always)]
     fn check(&self, inp: &Inputs, w: &[f64]) {
         assert!(w.len() == self.length);
+        self.check_leaves(inp);
+    }
+
+    #[inline(always)]
+    fn check_leaves(&self, inp: &Inputs) {
         assert!(inp.x.len() >= self.limits.0 && inp.waves.len() >= self.limits.1 && inp.flags.len() >= self.limits.2);
     }
 
@@ -469,8 +475,9 @@ impl Tape {
 
     #[inline]
     fn run_code(&self, from: usize, to: usize, inp: &Inputs, w: &mut [f64]) {
-        self.check(inp, w);
         let base = self.constants.len();
+        assert!(w.len() >= base + to);
+        self.check_leaves(inp);
         for (k, i) in self.code[from..to].iter().enumerate() {
             let k = from + k;
             // SAFETY: operand slots precede the instruction's own by construction, input indices are below `limits`

@@ -51,9 +51,9 @@ enum Shape {
     Sffm { offset: f64, amplitude: f64, carrier: f64, index: f64, signal: f64, carrier_phase: f64, signal_phase: f64 },
     Am { amplitude: f64, offset: f64, modulation: f64, carrier: f64, delay: f64, phase: f64 },
     Pwl(Pwl),
-    Guest, // what another system gives, see system/split.rs
-    Input(#[serde(skip)] Arc<Input>),
-    Slope(Box<Wave>), // of another one, see hidden.rs
+    Guest,                                  // what another system gives, see system/split.rs
+    Input(#[serde(skip)] Arc<Input>, bool), // does it change while a run goes on?
+    Slope(Box<Wave>),                       // of another one, see hidden.rs
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -124,90 +124,46 @@ impl Wave {
         if let Some(bad) = args.iter().position(|v| v.is_nan()) {
             return Err(format!("value {} of {kind} is not a number", bad + 1));
         }
-        let need = |n: usize| match args.len() == n {
-            true => Ok(()),
-            false => Err(format!("{kind} needs {n} values, not {}", args.len())),
+        let miscounted = |n: usize| format!("{kind} needs {n} values, not {}", args.len());
+        let not_negative = |which: &[(usize, &str)]| match which.iter().find(|(i, _)| args[*i] < 0.0) {
+            Some((i, what)) => Err(format!("{what} of {kind} must not be negative, it is {}", args[*i])),
+            None => Ok(()),
         };
-        let not_negative = |i: usize, what: &str| match args[i] >= 0.0 {
-            true => Ok(()),
-            false => Err(format!("{what} of {kind} must not be negative, it is {}", args[i])),
-        };
-        let shape = match kind {
-            "dc" => {
-                need(1)?;
-                Shape::Dc(args[0])
+        let shape = match (kind, args) {
+            ("dc", &[value]) => Shape::Dc(value),
+            ("pulse", &[v1, v2, delay, rise, fall, width, period, count]) => {
+                not_negative(&[
+                    (3, "rise time"),
+                    (4, "fall time"),
+                    (5, "width"),
+                    (6, "period"),
+                    (7, "number of pulses"),
+                ])?;
+                let period = if period > 0.0 { period } else { f64::INFINITY };
+                let count = if count > 0.0 { count.ceil() } else { f64::INFINITY };
+                Shape::Pulse(Pulse { v1, v2, delay, period, count, corners: [rise, rise + width, rise + width + fall] })
             }
-            "pulse" => {
-                need(8)?;
-                for (i, what) in
-                    [(3, "rise time"), (4, "fall time"), (5, "width"), (6, "period"), (7, "number of pulses")]
-                {
-                    not_negative(i, what)?;
-                }
-                let (rise, fall, width) = (args[3], args[4], args[5]);
-                Shape::Pulse(Pulse {
-                    v1: args[0],
-                    v2: args[1],
-                    delay: args[2],
-                    period: if args[6] > 0.0 { args[6] } else { f64::INFINITY },
-                    count: if args[7] > 0.0 { args[7].ceil() } else { f64::INFINITY },
-                    corners: [rise, rise + width, rise + width + fall],
-                })
+            ("sin", &[offset, amplitude, frequency, delay, damping, phase]) => {
+                Shape::Sin { offset, amplitude, frequency, delay, damping, phase: phase.to_radians() }
             }
-            "sin" => {
-                need(6)?;
-                Shape::Sin {
-                    offset: args[0],
-                    amplitude: args[1],
-                    frequency: args[2],
-                    delay: args[3],
-                    damping: args[4],
-                    phase: args[5].to_radians(),
-                }
+            ("exp", &[low, high, rise_at, rise_tau, fall_at, fall_tau]) => {
+                not_negative(&[(3, "rise time constant"), (5, "fall time constant")])?;
+                Shape::Exp { low, high, rise_at, rise_tau, fall_at, fall_tau }
             }
-            "exp" => {
-                need(6)?;
-                not_negative(3, "rise time constant")?;
-                not_negative(5, "fall time constant")?;
-                Shape::Exp {
-                    low: args[0],
-                    high: args[1],
-                    rise_at: args[2],
-                    rise_tau: args[3],
-                    fall_at: args[4],
-                    fall_tau: args[5],
-                }
+            ("sffm", &[offset, amplitude, carrier, index, signal, of_carrier, of_signal]) => {
+                let (carrier_phase, signal_phase) = (of_carrier.to_radians(), of_signal.to_radians());
+                Shape::Sffm { offset, amplitude, carrier, index, signal, carrier_phase, signal_phase }
             }
-            "sffm" => {
-                need(7)?;
-                Shape::Sffm {
-                    offset: args[0],
-                    amplitude: args[1],
-                    carrier: args[2],
-                    index: args[3],
-                    signal: args[4],
-                    carrier_phase: args[5].to_radians(),
-                    signal_phase: args[6].to_radians(),
-                }
+            ("am", &[amplitude, offset, modulation, carrier, delay, phase]) => {
+                Shape::Am { amplitude, offset, modulation, carrier, delay, phase: phase.to_radians() }
             }
-            "am" => {
-                need(6)?;
-                Shape::Am {
-                    amplitude: args[0],
-                    offset: args[1],
-                    modulation: args[2],
-                    carrier: args[3],
-                    delay: args[4],
-                    phase: args[5].to_radians(),
-                }
-            }
-            "pwl" => Shape::Pwl(Pwl::new(args, 0.0, -1.0)?),
-            "pwlr" => {
-                if args.len() < 2 {
-                    return Err("pwlr needs a delay and a start of repetition".to_string());
-                }
-                Shape::Pwl(Pwl::new(&args[2..], args[0], args[1])?)
-            }
+            ("pwl", _) => Shape::Pwl(Pwl::new(args, 0.0, -1.0)?),
+            ("pwlr", &[delay, repeat, ..]) => Shape::Pwl(Pwl::new(&args[2..], delay, repeat)?),
+            ("pwlr", _) => return Err("pwlr needs a delay and a start of repetition".to_string()),
+            ("dc", _) => return Err(miscounted(1)),
+            ("sin" | "exp" | "am", _) => return Err(miscounted(6)),
+            ("sffm", _) => return Err(miscounted(7)),
+            ("pulse", _) => return Err(miscounted(8)),
             _ => return Err(format!("unknown waveform '{kind}'")),
         };
         Ok(Wave { shape, dc })
@@ -222,12 +178,19 @@ impl Wave {
     pub fn input(value: f64) -> Wave {
         let input = Input::default();
         input.set(0.0, value, 0.0);
-        Wave { shape: Shape::Input(Arc::new(input)), dc: None }
+        Wave { shape: Shape::Input(Arc::new(input), true), dc: None }
+    }
+
+    /// Nobody changes an input while a run goes on.
+    pub fn hold(&mut self) {
+        if let Shape::Input(_, changes) = &mut self.shape {
+            *changes = false;
+        }
     }
 
     pub fn as_input(&self) -> Option<&Arc<Input>> {
         match &self.shape {
-            Shape::Input(input) => Some(input),
+            Shape::Input(input, _) => Some(input),
             _ => None,
         }
     }
@@ -239,7 +202,7 @@ impl Wave {
 
     /// Does it never change?
     pub fn still(&self) -> bool {
-        matches!(self.shape, Shape::Dc(_))
+        matches!(self.shape, Shape::Dc(_) | Shape::Input(_, false))
     }
 
     /// Value at t; at a jump the value before it.
@@ -269,7 +232,7 @@ impl Wave {
         match &self.shape {
             Shape::Dc(v) => *v,
             Shape::Guest => 0.0,
-            Shape::Input(input) => input.value(t),
+            Shape::Input(input, _) => input.value(t),
             Shape::Slope(of) => of.rate(t, side == Side::Before),
             Shape::Pulse(pulse) => pulse.at(t, side),
             Shape::Sin { offset, amplitude, frequency, delay, damping, phase } => {
@@ -331,7 +294,7 @@ impl Wave {
             later.fold(f64::INFINITY, f64::min)
         };
         match &self.shape {
-            Shape::Dc(_) | Shape::Guest | Shape::Input(_) | Shape::Sffm { .. } => f64::INFINITY,
+            Shape::Dc(_) | Shape::Guest | Shape::Input(..) | Shape::Sffm { .. } => f64::INFINITY,
             Shape::Pulse(pulse) => pulse.corner_after(t, part),
             Shape::Sin { delay, .. } | Shape::Am { delay, .. } => first_of(&[*delay]),
             Shape::Exp { rise_at, fall_at, .. } => first_of(&[*rise_at, *fall_at]),
@@ -371,7 +334,7 @@ impl Wave {
         };
         let radian = |f: f64| 1.0 / (TAU * f.abs());
         match &self.shape {
-            Shape::Dc(_) | Shape::Guest | Shape::Input(_) => f64::INFINITY,
+            Shape::Dc(_) | Shape::Guest | Shape::Input(..) => f64::INFINITY,
             Shape::Slope(of) => of.shortest(),
             Shape::Pulse(p) if p.v1 == p.v2 => f64::INFINITY,
             Shape::Pulse(p) => {

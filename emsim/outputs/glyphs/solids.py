@@ -47,6 +47,8 @@ def solids(shapes: list[Shape], size: float) -> list[Any]:
             bones_of(found, s, shapes, t)
         elif kind == "joint":
             joint_of(found, s, size, t)
+        elif kind == "contact" and s["axis"]:
+            wheel_of(found, s["p"], s["axis"], s["r"], t)
         elif kind == "spring" and "p" in s:
             found.append(strut(s["p"], s["q_"], coiled(2.2 * t, 0.4 * t), "coil"))
         elif kind == "damper" and "p" in s:

@@ -8,7 +8,7 @@ class Machine {
   constructor(run, canvas, clock) {
     Object.assign(this, { run, scene: run.scene, canvas, clock, arrows: true, labels: true, trace: null, yaw: -0.6, pitch: -0.45, perspective: false });
     this.scenes = run.runs.map((one) => one.scene).filter((scene) => scene?.rows);
-    this.largest = run.scene.channels.map((_, k) => Math.max(...this.scenes.map(({ channels }) => channels[k]?.values.reduce((m, v) => Math.max(m, Math.abs(v)), 0) ?? 0)));
+    this.largest = run.scene.channels.map((_, k) => Math.max(...this.scenes.map(({ channels }) => channels[k]?.values.reduce((m, v) => Math.max(m, Math.abs(v)), channels[k].top ?? 0) ?? 0)));
     this.upright = !this.planar && Math.abs(this.gravity[2]) > Math.hypot(this.gravity[0], this.gravity[1]);
     this.measure();
     this.fit();

@@ -7,8 +7,9 @@ from circuit_decks import codes, deck, remarks
 
 import emsim
 from emsim.assemble.options import resolve
-from emsim.deck import FlatDeck, MachineCard
+from emsim.deck import MachineCard
 from emsim.diagnostics import Sink, Span
+from emsim.elaborate.flat import FlatDeck
 from emsim.source import SourceFile
 
 RC = ("V1 a 0 1", "R1 a b 1k", "C1 b 0 1u")

@@ -223,7 +223,7 @@ def test_adjoint_and_pencil_are_those_of_the_equations():
     ("card", "code"),
     [
         (".ac dec 10 0 1k", "E305"), (".ac 10 1 1k", "E305"), (".ac dec 10 1k 1", "E305"), (".ac dec 0 1 1k", "E305"),
-        (".dc V1 0 1 0", "E305"), (".dc V1 0 1 -1", "E305"), (".dc V1 0 1", "E305"), (".dc V9 0 1 1", "E309"),
+        (".dc V1 0 1 0", "E305"), (".dc V1 0 1", "E305"), (".dc V9 0 1 1", "E309"),
         (".dc C1 0 1 1", "E305"), (".tf v(a)", "E305"), (".tf v(a) R1", "E309"), (".tf db(v(a)) V1", "E305"),
     ],
 )  # fmt: skip

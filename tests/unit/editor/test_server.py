@@ -329,3 +329,29 @@ def test_without_pygls_it_says_what_to_install(monkeypatch, capsys):
     said = capsys.readouterr().err
     assert "pygls" in said and "emsim[lsp]" in said
     assert main(["lsp", "deck.cir"]) == 2
+
+
+def test_the_quick_fix_mends_the_deck(editor):
+    wrong = DECK.replace("R1 in out 1k", "R1 in out 1,5k")
+    found = editor.replace(wrong, editor.next())
+    where = found[0]["range"]
+    asked = {"textDocument": {"uri": editor.uri}, "range": where, "context": {"diagnostics": found}}
+    action = editor.ask("textDocument/codeAction", asked)[0]
+    assert action["kind"] == "quickfix" and action["diagnostics"][0]["code"] == found[0]["code"]
+    edits = (
+        action["edit"]["documentChanges"][0]["edits"]
+        if "documentChanges" in action["edit"]
+        else action["edit"]["changes"][editor.uri]
+    )
+    lines = wrong.split("\n")
+    for edit in edits:
+        start, end = edit["range"]["start"], edit["range"]["end"]
+        assert start["line"] == end["line"]
+        line = lines[start["line"]]
+        lines[start["line"]] = line[: start["character"]] + edit["newText"] + line[end["character"] :]
+    assert "\n".join(lines) == DECK.replace("R1 in out 1k", "R1 in out 1.5k")
+    assert editor.replace("\n".join(lines), editor.next()) == []
+    # lines without a message offer nothing
+    nowhere = {"start": {"line": 0, "character": 0}, "end": {"line": 0, "character": 1}}
+    assert not editor.ask("textDocument/codeAction", {**asked, "range": nowhere})
+    editor.replace(DECK, editor.next())

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from emsim.build import read
-from emsim.deck import FlatDeck, MachineCard
+from emsim.deck import MachineCard
 from emsim.diagnostics import DeckError, Diagnostic
 from emsim.elaborate import flatten
+from emsim.elaborate.flat import FlatDeck
 from emsim.elements import Element
 
 

@@ -340,7 +340,7 @@ def test_the_rest_of_a_lib_line_is_a_path_with_its_blanks(dialect: str | None, t
 
 
 def test_a_missing_library_with_blanks_is_told_by_its_whole_name() -> None:
-    path = "C:\\Program Files (x86)\\LTC\\LTspiceIV\\lib\\cmp\\standard.bjt"
+    path = "C:\\Program Files (x86)\\LTC\\LTspiceIV\\lib\\cmp\\parts.bjt"
     with pytest.raises(emsim.OutsideError, match=re.escape(f"there is no file {path}")):
         run(f"V1 a 0 1\nR1 a 0 1k\n.lib {path}\n.op", "ltspice")
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import emsim
+from emsim import pipeline
 
 METHODS = ("auto", "trap", "radau", "esdirk")
 W = 2e3 * np.pi
@@ -55,3 +56,8 @@ def test_a_param_called_x_keeps_its_meaning_for_ngspice() -> None:
     r = run(".param x=2\nV1 a 0 SIN(0 1 1k)\nC1 a 0 q='x*1u*v(a)'", dialect="ngspice")
     t = np.linspace(0.1e-3, 1.9e-3, 20)
     assert r.at("i(v1)", t) == pytest.approx(-2e-6 * W * np.cos(W * t), abs=1e-3 * 2e-6 * W)
+
+
+def test_the_ledger_counts_the_current_of_coils_in_parallel_once() -> None:
+    text = "deck\nV1 a 0 SIN(0 1 1k)\nL1 a b L={1m+0*i(L1)} m=2\nR1 b 0 10\n.tran 1u 1.3m\n.end\n"
+    assert pipeline.run(text, energy=True).energy.share < 1e-6

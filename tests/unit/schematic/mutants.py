@@ -9,7 +9,7 @@ from pathlib import Path
 from random import Random
 
 from emsim import DeckError, pipeline
-from emsim.deck import FlatDeck
+from emsim.elaborate.flat import FlatDeck
 
 NETLISTS = Path(__file__).resolve().parents[3] / "netlists"
 MODELS = """.model d d

@@ -13,7 +13,7 @@ use crate::tape::{batch::WIDEST, Inputs};
 use crate::twice::in_blocks_mut;
 use crate::veriloga::Folded;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, Weak};
 
 /// Energy: intervals of at most so many volts, and at most so many.
 const PANEL: f64 = 0.05;
@@ -610,30 +610,50 @@ impl Class for Compiled {
     }
 }
 
+/// What an instance has for itself: constants, and arguments of its limiters.
+type Given = (Constants, Vec<Vec<f64>>);
+
+/// Classes of what was folded lately: instances that share it differ in their nodes alone, so that it is looked through once.
+#[derive(Default)]
+pub struct Lately(Vec<(Weak<Folded>, f64, usize, Given)>);
+
 /// Puts an instance of a folded module into the class of its shape among `classes`, which is made where there is none.
 pub fn seat(
-    classes: &mut Vec<Box<dyn Class>>,
+    (classes, lately): (&mut Vec<Box<dyn Class>>, &mut Lately),
     module: &str,
-    name: &str,
-    terminals: &[i32],
-    folded: &Folded,
+    (name, terminals): (&str, &[i32]),
+    folded: &Arc<Folded>,
     m: f64,
     unknown: &mut dyn FnMut(Wanted) -> i32,
 ) -> Result<(), String> {
     if terminals.len() != folded.terminals {
         return Err(format!("{module} has {} terminals", folded.terminals));
     }
-    let mut of = Anonymous::of(module, folded, m)?;
-    let own = (std::mem::take(&mut of.constants), std::mem::take(&mut of.arguments));
-    if let Some(class) = classes.iter_mut().filter_map(|c| c.compiled()).find(|c| c.is_of(&of.key)) {
-        class.join(name, terminals, own, unknown);
-        return Ok(());
-    }
-    of.constants.clone_from(&own.0); // (how many there are)
-    let mut class = Compiled::new(of);
+    let alike = lately.0.iter().find(|l| std::ptr::eq(l.0.as_ptr(), Arc::as_ptr(folded)) && l.1 == m);
+    let (class, own) = match alike {
+        Some((_, _, class, own)) => (*class, own.clone()),
+        None => {
+            let (class, own) = class_of(classes, Anonymous::of(module, folded, m)?);
+            lately.0.retain(|l| l.0.strong_count() > 0);
+            lately.0.push((Arc::downgrade(folded), m, class, own.clone()));
+            (class, own)
+        }
+    };
+    let class = classes[class].compiled().ok_or("a class of another kind")?;
     class.join(name, terminals, own, unknown);
-    classes.push(Box::new(class));
     Ok(())
+}
+
+/// The class of its shape, by its place, and what is the instance's own.
+fn class_of(classes: &mut Vec<Box<dyn Class>>, mut of: Anonymous) -> (usize, Given) {
+    let own = (std::mem::take(&mut of.constants), std::mem::take(&mut of.arguments));
+    let found = classes.iter_mut().position(|c| c.compiled().is_some_and(|c| c.is_of(&of.key)));
+    let class = found.unwrap_or_else(|| {
+        of.constants.clone_from(&own.0); // (how many there are)
+        classes.push(Box::new(Compiled::new(of)));
+        classes.len() - 1
+    });
+    (class, own)
 }
 
 #[cfg(test)]

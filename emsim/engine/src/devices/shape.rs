@@ -307,7 +307,7 @@ impl Anonymous {
                 Some(g.constant(0.0))
             }
             Node::Symbol(_) | Node::Wave(_) | Node::Flag(_) => {
-                refused = Some("it asks for the kind of analysis (analysis(), idt()), which devices cannot yet");
+                refused = Some("it asks for the kind of analysis (analysis()), which devices cannot yet");
                 Some(g.constant(0.0))
             }
             _ => None,

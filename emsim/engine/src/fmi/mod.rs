@@ -4,6 +4,36 @@
 //! made weak (emsim/fmus/library.py). Elsewhere it is built without the feature `python`.
 //!
 //! No panic passes a function's end: what should not happen is a fatal error there, and the instance takes no further call.
+
+/// What both versions have alike: the functions of a component. (Arguments behind those named are left to the caller, whatever they are.)
+macro_rules! of_component {
+    ($($(#[doc = $doc:literal])* $name:ident: |$c:tt $(, $arg:ident: $type:ty)*| $what:expr;)*) => {$(
+        $(#[doc = $doc])*
+        #[no_mangle]
+        #[allow(clippy::too_many_arguments)]
+        pub unsafe extern "C" fn $name(c: *mut c_void $(, $arg: $type)*) -> c_int {
+            with(c, |$c| $what)
+        }
+    )*};
+}
+
+/// Variables of other types than `$real`: there are none.
+macro_rules! no_variables {
+    ($real:literal: $($name:ident)*) => {of_component! {$(
+        $name: |_, _vr: *const u32, n: usize| match n {
+            0 => Ok(()),
+            _ => Err(concat!(stringify!($name), ": all variables of this model are ", $real).into()),
+        };
+    )*}};
+}
+
+/// What the model description says that it cannot do.
+macro_rules! refused {
+    ($($name:ident)*) => {of_component! {$(
+        $name: |_| Err(concat!(stringify!($name), " is not supported").into());
+    )*}};
+}
+
 mod three;
 mod two;
 

@@ -71,96 +71,30 @@ pub unsafe extern "C" fn fmi3FreeInstance(c: *mut c_void) {
     free(c);
 }
 
-#[no_mangle]
-pub unsafe extern "C" fn fmi3SetDebugLogging(c: *mut c_void, _on: u8, _n: usize, _names: *const c_void) -> c_int {
-    with(c, |_| Ok(()))
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi3EnterInitializationMode(
-    c: *mut c_void,
-    has_tolerance: u8,
-    tolerance: f64,
-    start: f64,
-    has_stop: u8,
-    stop: f64,
-) -> c_int {
-    with(c, |c| {
+of_component! {
+    fmi3SetDebugLogging: |_| Ok(());
+    fmi3EnterInitializationMode: |c, has_tolerance: u8, tolerance: f64, start: f64, has_stop: u8, stop: f64| {
         c.instance.set_up(start, (has_stop != 0).then_some(stop), (has_tolerance != 0).then_some(tolerance))?;
         c.instance.enter_initialisation()
-    })
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi3ExitInitializationMode(c: *mut c_void) -> c_int {
-    with(c, |c| c.instance.exit_initialisation())
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi3Terminate(c: *mut c_void) -> c_int {
-    with(c, |c| c.instance.terminate())
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi3Reset(c: *mut c_void) -> c_int {
-    with(c, |c| {
+    };
+    fmi3ExitInitializationMode: |c| c.instance.exit_initialisation();
+    fmi3Terminate: |c| c.instance.terminate();
+    fmi3Reset: |c| {
         c.instance.reset();
         Ok(())
-    })
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi3GetFloat64(
-    c: *mut c_void,
-    vr: *const u32,
-    n: usize,
-    values: *mut f64,
-    room: usize,
-) -> c_int {
-    with(c, |c| get(c, slice(vr, n), slice_mut(values, room)))
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi3SetFloat64(
-    c: *mut c_void,
-    vr: *const u32,
-    n: usize,
-    values: *const f64,
-    given: usize,
-) -> c_int {
-    with(c, |c| set(c, slice(vr, n), slice(values, given)))
-}
-
-#[no_mangle]
-#[allow(clippy::too_many_arguments)]
-pub unsafe extern "C" fn fmi3DoStep(
-    c: *mut c_void,
-    t: f64,
-    h: f64,
-    _no_return: u8,
-    event: *mut u8,
-    terminate: *mut u8,
-    early: *mut u8,
-    last: *mut f64,
-) -> c_int {
-    with(c, |c| {
+    };
+    fmi3GetFloat64: |c, vr: *const u32, n: usize, values: *mut f64, room: usize| get(c, slice(vr, n), slice_mut(values, room));
+    fmi3SetFloat64: |c, vr: *const u32, n: usize, values: *const f64, given: usize| set(c, slice(vr, n), slice(values, given));
+    fmi3DoStep: |c, t: f64, h: f64, _no_return: u8, event: *mut u8, terminate: *mut u8, early: *mut u8, last: *mut f64| {
         for flag in [event, terminate, early] {
             put(flag, 0);
         }
         let done = c.instance.step(t, h);
         put(last, c.instance.time());
         done
-    })
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi3GetFMUState(c: *mut c_void, state: *mut *mut c_void) -> c_int {
-    with(c, |c| keep_state(c, state))
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi3SetFMUState(c: *mut c_void, state: *mut c_void) -> c_int {
-    with(c, |c| put_state(c, state))
+    };
+    fmi3GetFMUState: |c, state: *mut *mut c_void| keep_state(c, state);
+    fmi3SetFMUState: |c, state: *mut c_void| put_state(c, state);
 }
 
 #[no_mangle]
@@ -169,34 +103,14 @@ pub unsafe extern "C" fn fmi3FreeFMUState(_c: *mut c_void, state: *mut *mut c_vo
     OK
 }
 
-/// Variables of other types: there are none.
-macro_rules! no_variables {
-    ($($name:ident)*) => {$(
-        #[no_mangle]
-        pub unsafe extern "C" fn $name(c: *mut c_void, _vr: *const u32, n: usize) -> c_int {
-            with(c, |_| match n {
-                0 => Ok(()),
-                _ => Err(concat!(stringify!($name), ": all variables of this model are Float64").into()),
-            })
-        }
-    )*};
-}
-no_variables!(fmi3GetFloat32 fmi3GetInt8 fmi3GetUInt8 fmi3GetInt16 fmi3GetUInt16 fmi3GetInt32 fmi3GetUInt32 fmi3GetInt64);
-no_variables!(fmi3GetUInt64 fmi3GetBoolean fmi3GetString fmi3GetBinary fmi3GetClock);
-no_variables!(fmi3SetFloat32 fmi3SetInt8 fmi3SetUInt8 fmi3SetInt16 fmi3SetUInt16 fmi3SetInt32 fmi3SetUInt32 fmi3SetInt64);
-no_variables!(fmi3SetUInt64 fmi3SetBoolean fmi3SetString fmi3SetBinary fmi3SetClock);
-no_variables!(fmi3GetOutputDerivatives fmi3GetIntervalDecimal fmi3GetIntervalFraction fmi3GetShiftDecimal);
-no_variables!(fmi3GetShiftFraction fmi3SetIntervalDecimal fmi3SetIntervalFraction fmi3SetShiftDecimal fmi3SetShiftFraction);
+// variables of other types
+no_variables!("Float64": fmi3GetFloat32 fmi3GetInt8 fmi3GetUInt8 fmi3GetInt16 fmi3GetUInt16 fmi3GetInt32 fmi3GetUInt32 fmi3GetInt64);
+no_variables!("Float64": fmi3GetUInt64 fmi3GetBoolean fmi3GetString fmi3GetBinary fmi3GetClock);
+no_variables!("Float64": fmi3SetFloat32 fmi3SetInt8 fmi3SetUInt8 fmi3SetInt16 fmi3SetUInt16 fmi3SetInt32 fmi3SetUInt32 fmi3SetInt64);
+no_variables!("Float64": fmi3SetUInt64 fmi3SetBoolean fmi3SetString fmi3SetBinary fmi3SetClock);
+no_variables!("Float64": fmi3GetOutputDerivatives fmi3GetIntervalDecimal fmi3GetIntervalFraction fmi3GetShiftDecimal);
+no_variables!("Float64": fmi3GetShiftFraction fmi3SetIntervalDecimal fmi3SetIntervalFraction fmi3SetShiftDecimal fmi3SetShiftFraction);
 
-/// What the model description says that it cannot do. (Arguments behind the first are left to the caller, whatever they are.)
-macro_rules! refused {
-    ($($name:ident)*) => {$(
-        #[no_mangle]
-        pub unsafe extern "C" fn $name(c: *mut c_void) -> c_int {
-            with(c, |_| Err(concat!(stringify!($name), " is not supported").into()))
-        }
-    )*};
-}
 refused!(fmi3EnterEventMode fmi3EnterStepMode fmi3EnterConfigurationMode fmi3ExitConfigurationMode fmi3UpdateDiscreteStates);
 refused!(fmi3EvaluateDiscreteStates fmi3GetNumberOfVariableDependencies fmi3GetVariableDependencies);
 refused!(fmi3SerializedFMUStateSize fmi3SerializeFMUState fmi3DeserializeFMUState);

@@ -63,65 +63,21 @@ pub unsafe extern "C" fn fmi2FreeInstance(c: *mut c_void) {
     free(c);
 }
 
-#[no_mangle]
-pub unsafe extern "C" fn fmi2SetDebugLogging(c: *mut c_void, _on: c_int, _n: usize, _names: *const c_void) -> c_int {
-    with(c, |_| Ok(()))
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi2SetupExperiment(
-    c: *mut c_void,
-    has_tolerance: c_int,
-    tolerance: f64,
-    start: f64,
-    has_stop: c_int,
-    stop: f64,
-) -> c_int {
-    with(c, |c| c.instance.set_up(start, (has_stop != 0).then_some(stop), (has_tolerance != 0).then_some(tolerance)))
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi2EnterInitializationMode(c: *mut c_void) -> c_int {
-    with(c, |c| c.instance.enter_initialisation())
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi2ExitInitializationMode(c: *mut c_void) -> c_int {
-    with(c, |c| c.instance.exit_initialisation())
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi2Terminate(c: *mut c_void) -> c_int {
-    with(c, |c| c.instance.terminate())
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi2Reset(c: *mut c_void) -> c_int {
-    with(c, |c| {
+of_component! {
+    fmi2SetDebugLogging: |_| Ok(());
+    fmi2SetupExperiment: |c, has_tolerance: c_int, tolerance: f64, start: f64, has_stop: c_int, stop: f64| {
+        c.instance.set_up(start, (has_stop != 0).then_some(stop), (has_tolerance != 0).then_some(tolerance))
+    };
+    fmi2EnterInitializationMode: |c| c.instance.enter_initialisation();
+    fmi2ExitInitializationMode: |c| c.instance.exit_initialisation();
+    fmi2Terminate: |c| c.instance.terminate();
+    fmi2Reset: |c| {
         c.instance.reset();
         Ok(())
-    })
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi2GetReal(c: *mut c_void, vr: *const u32, n: usize, values: *mut f64) -> c_int {
-    with(c, |c| get(c, slice(vr, n), slice_mut(values, n)))
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi2SetReal(c: *mut c_void, vr: *const u32, n: usize, values: *const f64) -> c_int {
-    with(c, |c| set(c, slice(vr, n), slice(values, n)))
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
-    c: *mut c_void,
-    vr: *const u32,
-    n: usize,
-    orders: *const c_int,
-    values: *const f64,
-) -> c_int {
-    with(c, |c| {
+    };
+    fmi2GetReal: |c, vr: *const u32, n: usize, values: *mut f64| get(c, slice(vr, n), slice_mut(values, n));
+    fmi2SetReal: |c, vr: *const u32, n: usize, values: *const f64| set(c, slice(vr, n), slice(values, n));
+    fmi2SetRealInputDerivatives: |c, vr: *const u32, n: usize, orders: *const c_int, values: *const f64| {
         for ((&vr, &order), &value) in slice(vr, n).iter().zip(slice(orders, n)).zip(slice(values, n)) {
             match order {
                 1 => c.instance.set_slope(vr, value)?,
@@ -131,45 +87,25 @@ pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
             }
         }
         Ok(())
-    })
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi2DoStep(c: *mut c_void, t: f64, h: f64, _no_return: c_int) -> c_int {
-    with(c, |c| c.instance.step(t, h))
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut c_void, state: *mut *mut c_void) -> c_int {
-    with(c, |c| keep_state(c, state))
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut c_void, state: *mut c_void) -> c_int {
-    with(c, |c| put_state(c, state))
+    };
+    fmi2DoStep: |c, t: f64, h: f64, _no_return: c_int| c.instance.step(t, h);
+    fmi2GetFMUstate: |c, state: *mut *mut c_void| keep_state(c, state);
+    fmi2SetFMUstate: |c, state: *mut c_void| put_state(c, state);
+    /// All that there is to say: steps end as they are asked to, or fail.
+    fmi2GetRealStatus: |c, _kind: c_int, value: *mut f64| {
+        put(value, c.instance.time());
+        Ok(())
+    };
+    fmi2GetBooleanStatus: |_, _kind: c_int, value: *mut c_int| {
+        put(value, 0);
+        Ok(())
+    };
 }
 
 #[no_mangle]
 pub unsafe extern "C" fn fmi2FreeFMUstate(_c: *mut c_void, state: *mut *mut c_void) -> c_int {
     free_state(state);
     OK
-}
-
-/// All that there is to say: steps end as they are asked to, or fail.
-#[no_mangle]
-pub unsafe extern "C" fn fmi2GetRealStatus(c: *mut c_void, _kind: c_int, value: *mut f64) -> c_int {
-    with(c, |c| {
-        put(value, c.instance.time());
-        Ok(())
-    })
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn fmi2GetBooleanStatus(c: *mut c_void, _kind: c_int, value: *mut c_int) -> c_int {
-    with(c, |_| {
-        put(value, 0);
-        Ok(())
-    })
 }
 
 /// Steps are done when they return: nothing is pending.
@@ -183,28 +119,8 @@ macro_rules! never_pending {
 }
 never_pending!(fmi2GetStatus fmi2GetIntegerStatus fmi2GetStringStatus fmi2CancelStep);
 
-/// Variables of other types: there are none.
-macro_rules! no_variables {
-    ($($name:ident)*) => {$(
-        #[no_mangle]
-        pub unsafe extern "C" fn $name(c: *mut c_void, _vr: *const u32, n: usize) -> c_int {
-            with(c, |_| match n {
-                0 => Ok(()),
-                _ => Err(concat!(stringify!($name), ": all variables of this model are real").into()),
-            })
-        }
-    )*};
-}
-no_variables!(fmi2GetInteger fmi2GetBoolean fmi2GetString fmi2SetInteger fmi2SetBoolean fmi2SetString);
-no_variables!(fmi2GetRealOutputDerivatives);
+// variables of other types
+no_variables!("real": fmi2GetInteger fmi2GetBoolean fmi2GetString fmi2SetInteger fmi2SetBoolean fmi2SetString);
+no_variables!("real": fmi2GetRealOutputDerivatives);
 
-/// What the model description says that it cannot do. (Arguments behind the first are left to the caller, whatever they are.)
-macro_rules! refused {
-    ($($name:ident)*) => {$(
-        #[no_mangle]
-        pub unsafe extern "C" fn $name(c: *mut c_void) -> c_int {
-            with(c, |_| Err(concat!(stringify!($name), " is not supported").into()))
-        }
-    )*};
-}
 refused!(fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate fmi2GetDirectionalDerivative);

@@ -253,6 +253,7 @@ impl Failed {
 pub(super) fn starting_point(sys: &System, w: &mut Work, a: Transient, o: &Options) -> Result<Vec<f64>, Box<Failed>> {
     let tol = Tolerances::new(sys, o);
     w.gmin = o.gmin;
+    sys.put_floors(w, &tol.atol);
     if let Some((x, flags)) = w.begin.take() {
         w.flags = flags;
         return Ok(x);

@@ -270,12 +270,12 @@ impl Forces {
         w: &mut Work,
         m: &dyn Method,
         (t, x): (f64, &mut [f64]),
-        h: f64,
+        (begin, h): (f64, f64),
         tol: &Tolerances,
     ) {
         let ports = w.ports.clone();
         self.newton.forget();
-        if let Some(y) = self.found_by_slopes(sys, w, m, (t, x), h, tol) {
+        if let Some(y) = self.found_by_slopes(sys, w, m, (t, x), (begin, h), tol) {
             if !tol.states_apart(&y, x, OTHER_ROW, |i| !self.given[i] && !self.lags[i]) {
                 (0..sys.n).filter(|&i| self.lags[i] || self.given[i]).for_each(|i| x[i] = y[i]);
             }
@@ -289,10 +289,11 @@ impl Forces {
         w: &mut Work,
         m: &dyn Method,
         (t, x): (f64, &[f64]),
-        h: f64,
+        (begin, h): (f64, f64),
         tol: &Tolerances,
     ) -> Option<Vec<f64>> {
-        let e = SLOPE * h;
+        // before the step's begin another polynomial holds, and behind a corner other slopes of sources
+        let e = if t - 3.0 * SLOPE * h < begin { -SLOPE * h } else { SLOPE * h };
         let mut y = x.to_vec();
         self.slopes.fill(0.0);
         for (back, part) in WEIGHTS {
@@ -406,11 +407,11 @@ impl<S: Sink> Row<'_, S> {
 
     #[inline]
     fn settle(&mut self, m: &dyn Method, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
-        let (width, whole) = (self.width, self.whole);
+        let (width, whole, begin) = (self.width, self.whole, self.until - self.width);
         let mut settle = |w: &mut Work, t: f64, x: &mut [f64]| {
             if let Some(forces) = &mut self.forces {
                 if sys.exponentials() == 0 && !forces.of_machine {
-                    return forces.settle_by_slopes(sys, w, m, (t, x), width, tol);
+                    return forces.settle_by_slopes(sys, w, m, (t, x), (begin, width), tol);
                 }
                 forces.settle(sys, w, (t, x), Forces::inside(width, whole), tol);
             }
@@ -418,7 +419,7 @@ impl<S: Sink> Row<'_, S> {
         settle(w, t, self.x);
         if let Some(poses) = &mut self.poses {
             let mut y = self.x.to_vec();
-            poses.limit(sys, w, (t, self.x), (self.until - width, self.until), |w, t| {
+            poses.limit(sys, w, (t, self.x), (begin, self.until), |w, t| {
                 m.dense(t, &mut y);
                 sys.pin(w, t, &mut y);
                 settle(w, t, &mut y);

@@ -13,8 +13,8 @@ pub fn initial_conditions(
     for f in sys.forces.iter().filter(|f| !f.release) {
         x[f.row] = f.value;
     }
-    for &(row, volts) in &sys.given {
-        x[row] = volts;
+    for &(row, value) in sys.given.iter().chain(&sys.states) {
+        x[row] = value;
     }
     // a junction behind a series resistance has the voltage of the terminals, as in ngspice
     for (inner, outer) in sys.tied_inside() {

@@ -6,9 +6,10 @@
 //! so the machine stays where its friction can hold it, and comes to rest where it first can (the least of V + sum of F |d|).
 //! What holds has the row  d + C f = 0  in the place of w = 0, which is 0 = 0 at rest: with one compliance C, far below the
 //! tolerances, frictions that hold the same motion share its load equally. Modes follow from the solution of each step, until both agree.
+//! A row of speeds, a(q) u = 0, of what rolls or cuts, has the row  a d = 0  there: it has come where it could come so.
 //! Friction with two directions holds up to |f| = F, and slides with f = -F d/|d|.
-use super::Dc;
-use crate::model::{Form, LawSpec};
+use super::{rest::way, Dc};
+use crate::model::{Form, Kind, LawSpec};
 use crate::newton::{Failure, Tolerances};
 use crate::system::{Reading, System, Work};
 
@@ -29,6 +30,7 @@ const CLOSED: usize = 0;
 pub struct Holding {
     pub from: Vec<f64>,
     laws: Vec<Held>,
+    rolls: Vec<(usize, usize, Vec<usize>)>, // row of speeds, a speed there, the coordinates that it moves
 }
 
 struct Held {
@@ -38,18 +40,32 @@ struct Held {
     slid: bool,
 }
 
+/// Rows of speeds, with each speed that they read and the coordinates that this one moves.
+fn rolls(sys: &System, couples: &[(usize, usize)]) -> Vec<(usize, usize, Vec<usize>)> {
+    let is = |i: usize, kind: Kind| sys.unknowns.get(i).is_some_and(|u| u.kind == kind);
+    let rows = (0..sys.n).filter(|&i| is(i, Kind::Lambda) && !is(i + 1, Kind::Mu) && !sys.laws.has_row(i));
+    let moves = |row: usize, of: &[(usize, usize)]| {
+        let read = sys.pattern.position(row, of[0].1).is_some();
+        read.then(|| (row, of[0].1, of.iter().map(|c| c.0).collect()))
+    };
+    rows.flat_map(|row| couples.chunk_by(|a, b| a.1 == b.1).filter_map(move |of| moves(row, of))).collect()
+}
+
 /// Entries that the rows of what holds add to the pattern.
 pub fn entries(sys: &System, couples: &[(usize, usize)]) -> Vec<(usize, usize)> {
+    let rolls = rolls(sys, couples).into_iter().flat_map(|(row, _, qs)| qs.into_iter().map(move |q| (row, q)));
     let row = |law: usize| sys.laws.list[law].row;
     let along = |u: usize| couples.iter().find(|c| c.1 == u).map(|c| c.0);
     let both = |law: usize| [Some(law), sys.laws.list[law].across].into_iter().flatten();
-    sys.laws.flows().flat_map(|(law, u)| both(law).filter_map(move |of| Some((row(of), along(u)?)))).collect()
+    let laws = sys.laws.flows().flat_map(|(law, u)| both(law).filter_map(move |of| Some((row(of), along(u)?))));
+    laws.chain(rolls).collect()
 }
 
 impl Holding {
-    /// None without laws.
+    /// None without laws and rows of speeds.
     pub fn new(sys: &System, w: &mut Work, x: &[f64], couples: &[(usize, usize)], tol: &Tolerances) -> Option<Holding> {
-        if !sys.has_laws() {
+        let rolls = rolls(sys, couples);
+        if !sys.has_laws() && rolls.is_empty() {
             return None;
         }
         let (readings, rates) = sys.read_laws(w, x, 0.0);
@@ -75,7 +91,7 @@ impl Holding {
                 _ => sys.put_mode(w, law.flags[CLOSED], f64::from(u8::from(readings[k].gap <= 0.0))),
             }
         }
-        Some(Holding { from: x.to_vec(), laws })
+        Some(Holding { from: x.to_vec(), laws, rolls })
     }
 
     /// Rows of what holds, in a matrix and a residual that have w = 0 there.
@@ -89,6 +105,18 @@ impl Holding {
     ) {
         let discs = sys.laws.list.iter().any(|law| law.across.is_some());
         let (readings, slopes) = if discs { sys.read_laws(w, x, 0.0) } else { Default::default() };
+        let slope = |row: usize, col: usize| sys.pattern.position(row, col).map_or(0.0, |at| w.gv[at]);
+        for (row, u, moved) in &self.rolls {
+            let chord = moved.iter().map(|&q| (x[q] - self.from[q]).powi(2)).sum::<f64>().sqrt();
+            // a quaternion goes along an arc of half the turn, of which its projection is the sine
+            let half = 2.0 * (0.5 * chord).min(1.0).asin();
+            let arc = if moved.len() > 1 && half > 0.0 { half / half.sin() } else { 1.0 };
+            for &q in moved {
+                let along = arc * slope(*row, *u) * way(sys, w, q, *u);
+                put(*row, q, along);
+                residual[*row] -= along * (x[q] - self.from[q]);
+            }
+        }
         for (k, held) in self.laws.iter().enumerate() {
             let law = &sys.laws.list[k];
             if let (Some(other), true) = (law.across, w.flags[law.flags[SLIDES]] != 0.0) {
@@ -117,9 +145,8 @@ impl Holding {
                 continue;
             }
             for &(q, u) in &held.slopes {
-                let slope = sys.pattern.position(law.row, u).map_or(0.0, |at| w.gv[at]);
-                put(law.row, q, slope);
-                residual[law.row] -= slope * (x[q] - self.from[q]);
+                put(law.row, q, slope(law.row, u));
+                residual[law.row] -= slope(law.row, u) * (x[q] - self.from[q]);
             }
             put(law.row, law.row, held.gives);
             residual[law.row] -= held.gives * x[law.row];

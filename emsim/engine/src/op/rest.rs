@@ -3,16 +3,18 @@ use super::Dc;
 use crate::newton::{Failure, Tolerances};
 use crate::system::{Kind, System, Work};
 
-/// Each coordinate with the row of its momentum: the speed that its own row reads.
+/// Each coordinate with the row of its momentum: the speed that its own row reads. A quaternion's four read three.
 pub fn couples(sys: &System) -> Vec<(usize, usize)> {
-    let mut out = Vec::new();
-    for u in (0..sys.n).filter(|&u| sys.unknowns[u].kind == Kind::Speed) {
-        let rows = &sys.pattern.rowidx[sys.pattern.colptr[u]..sys.pattern.colptr[u + 1]];
-        if let Some(&q) = rows.iter().find(|&&r| sys.unknowns[r].kind == Kind::Coordinate) {
-            out.push((q, u));
-        }
-    }
-    out
+    let of = |u: usize| sys.pattern.column(u).iter().filter(|&&r| sys.unknowns[r].kind == Kind::Coordinate);
+    let speeds = (0..sys.n).filter(|&u| sys.unknowns[u].kind == Kind::Speed);
+    speeds.flat_map(|u| of(u).map(move |&q| (q, u)).collect::<Vec<_>>()).collect()
+}
+
+/// How far a speed goes where a coordinate does: q' = N u, whose columns are at right angles.
+pub fn way(sys: &System, w: &Work, q: usize, u: usize) -> f64 {
+    let slope = |r: usize| sys.pattern.position(r, u).map_or(0.0, |at| w.gv[at]);
+    let moved = sys.pattern.column(u).iter().filter(|&&r| sys.unknowns[r].kind == Kind::Coordinate);
+    -slope(q) / moved.map(|&r| slope(r) * slope(r)).sum::<f64>()
 }
 
 /// Steps grow so fast, and are no longer than this part of the way gone on a slide, or of a radian.

@@ -72,7 +72,7 @@ impl Instance {
         let (system, graph) = packed.compile()?;
         let mut made = Instance {
             packed,
-            system: Arc::new(system),
+            system,
             graph,
             phase: Phase::Instantiated,
             given: Vec::new(),

@@ -1,5 +1,6 @@
 //! A deck as bytes: what Python hands to an engine without Python, that of an FMU (fmi/) or of a page (page.rs). Graph and model
 //! are those that `System::compile` takes, so that both ways lead through one door.
+mod impeding;
 pub mod instance;
 
 use crate::graph::{Graph, Id};
@@ -9,6 +10,7 @@ use crate::newton::Options;
 use crate::system::System;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A value that comes from outside: its wave, its name, what it is where nothing is said.
 #[derive(Clone, Serialize, Deserialize)]
@@ -111,17 +113,29 @@ impl Packed {
     }
 
     /// The equations, compiled as for a run with these options, and the graph that the outputs are of.
-    pub fn compile(&self) -> Result<(System, Graph), String> {
-        let Equations { mut graph, mut model } = Equations::read(&self.equations)?;
-        if self.inputs.iter().any(|i| model.waves.get(i.wave).is_none_or(|w| w.as_input().is_none())) {
-            return Err("an input is none of the model".into());
+    pub fn compile(&self) -> Result<(Arc<System>, Graph), String> {
+        let (mut graph, model) = self.model()?;
+        let mut system = Arc::new(System::compile(model, &mut graph)?);
+        if integrate::lowers(&self.options.method) {
+            system = system.integrable(&mut graph)?;
         }
-        model.place()?;
-        let system = System::compile(model, &mut graph)?;
         if integrate::reduces(&system, &self.options) {
             system.reduce(&mut graph);
         }
         Ok((system, graph))
+    }
+
+    fn model(&self) -> Result<(Graph, Model), String> {
+        let Equations { graph, mut model } = Equations::read(&self.equations)?;
+        for input in &self.inputs {
+            let wave = model.waves.get_mut(input.wave).filter(|w| w.as_input().is_some());
+            let wave = wave.ok_or("an input is none of the model")?;
+            if input.varies == Varies::Fixed {
+                wave.hold();
+            }
+        }
+        model.place()?;
+        Ok((graph, model))
     }
 }
 

@@ -319,27 +319,7 @@ impl System {
         })?;
         let failure = failed.map(|f| failure_dict(py, &self.inner, &f)).transpose()?;
         let status = if failure.is_some() { "failed" } else { "ok" };
-        Ok(Waveforms {
-            record,
-            counters: w.counters,
-            hanging: hanging(0, &w),
-            substitute: w.substitute,
-            unstable: w.unstable.map(|u| (u.unknown, u.s.0, u.s.1)),
-            seconds,
-            status,
-            failure,
-            events: vec![],
-            chattering: vec![],
-            short_steps: vec![],
-            jams: vec![],
-            broken: vec![],
-            watch: None,
-            used: vec![],
-            steady: vec![],
-            digital: vec![],
-            state: None,
-            ended: 0.0,
-        })
+        Ok(Waveforms::new(record, &w, seconds, status, failure))
     }
 
     /// Operating points along a sweep, one row each, whose first column is the number of the point. `points`: values of the
@@ -408,27 +388,8 @@ impl System {
         } else {
             "ok"
         };
-        Ok(Waveforms {
-            record,
-            counters: w.counters,
-            hanging: hung,
-            substitute: None,
-            unstable: None,
-            seconds,
-            status,
-            failure,
-            events: vec![],
-            chattering: vec![],
-            short_steps: vec![],
-            jams: vec![],
-            broken: vec![],
-            watch: None,
-            used: vec![],
-            steady: vec![],
-            digital: vec![],
-            state: Some(state),
-            ended: 0.0,
-        })
+        let found = Waveforms::new(record, &w, seconds, status, failure);
+        Ok(Waveforms { hanging: hung, substitute: None, unstable: None, state: Some(state), ..found })
     }
 
     /// (node, root) of nodes whose rows are part of the root's.
@@ -501,7 +462,7 @@ impl System {
         conditions: Vec<String>,
         warnings: BTreeMap<usize, String>,
         accounts: Option<(Vec<Bound<'_, PyAny>>, Vec<Bound<'_, PyAny>>, Vec<usize>)>,
-    ) -> PyResult<Bound<'py, PyBytes>> {
+    ) -> PyResult<(Bound<'py, PyBytes>, Vec<(String, Option<String>)>)> {
         let missing = || PyValueError::new_err("pack: the builder was not asked to keep its equations");
         let (known, equations) = self.equations.as_ref().ok_or_else(missing)?;
         let noted = |expr: &Bound<'_, PyAny>| {
@@ -540,7 +501,8 @@ impl System {
         };
         // what cannot be read again is no file
         packed.compile().map_err(PyValueError::new_err)?;
-        Ok(PyBytes::new(py, &packed.bytes().map_err(PyValueError::new_err)?))
+        let impeding = packed.impeding().map_err(PyValueError::new_err)?;
+        Ok((PyBytes::new(py, &packed.bytes().map_err(PyValueError::new_err)?), impeding))
     }
 
     /// Transient analysis. `progress(t, h, steps, events)` is called now and then; a true return value stops the run.
@@ -695,15 +657,9 @@ impl System {
         let used = outcome.used.into_iter().map(|u| (u.t, u.method, u.why)).collect();
         let steady = record.steady(&self.inner);
         let watch = Some(watch_dict(py, &self.inner, &outcome.watch)?);
+        let found = Waveforms::new(record, &w, seconds, status, failure);
+        let state = (!outcome.end.is_empty()).then_some((outcome.end, w.flags));
         Ok(Waveforms {
-            record,
-            counters: w.counters,
-            hanging: hanging(0, &w),
-            substitute: w.substitute,
-            unstable: w.unstable.map(|u| (u.unknown, u.s.0, u.s.1)),
-            seconds,
-            status,
-            failure,
             events,
             chattering,
             short_steps,
@@ -713,8 +669,9 @@ impl System {
             used,
             steady,
             digital,
-            state: (!outcome.end.is_empty()).then_some((outcome.end, w.flags)),
+            state,
             ended: outcome.ended,
+            ..found
         })
     }
 }
@@ -912,6 +869,33 @@ pub struct Waveforms {
     /// of a transient: when it ended
     #[pyo3(get)]
     ended: f64,
+}
+
+impl Waveforms {
+    /// What an operating point has: no events, no watch.
+    fn new(record: Record, w: &Work, seconds: f64, status: &'static str, failure: Option<Py<PyDict>>) -> Waveforms {
+        Waveforms {
+            record,
+            counters: w.counters,
+            hanging: hanging(0, w),
+            unstable: w.unstable.as_ref().map(|u| (u.unknown, u.s.0, u.s.1)),
+            substitute: w.substitute,
+            seconds,
+            status,
+            failure,
+            events: vec![],
+            chattering: vec![],
+            short_steps: vec![],
+            jams: vec![],
+            broken: vec![],
+            watch: None,
+            used: vec![],
+            steady: vec![],
+            digital: vec![],
+            state: None,
+            ended: 0.0,
+        }
+    }
 }
 
 #[pymethods]

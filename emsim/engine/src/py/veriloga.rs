@@ -264,6 +264,7 @@ impl VerilogA {
             outputs.set_item(&o.name, take())?;
         }
         d.set_item("outputs", outputs)?;
+        d.set_item("starts", f.starts.iter().map(|s| (&f.unknowns[s.0].name, s.1)).collect::<Vec<_>>())?;
         d.set_item("bound_step", f.bound_step.map(|_| take()))?;
         d.set_item("said", &f.said)?;
         d.set_item("operations", operations)?;

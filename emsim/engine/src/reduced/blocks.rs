@@ -255,7 +255,7 @@ impl Plan<'_> {
         let state_of = |j: usize| self.equations.iter().find(|e| e.row == j && e.state.is_some()).and_then(|e| e.state);
         // coordinates move with the speeds that their rows read:  q' = N(q) u
         let (mut rates, mut carried) = (Vec::new(), Vec::new());
-        let closed: Vec<Id> = lambdas.iter().filter_map(|&l| self.f.get(l + 1).copied()).collect();
+        let closed: Vec<Id> = lambdas.iter().filter_map(|&l| self.closure(l)).collect();
         let closed = self.leaves(&closed);
         for c in (0..n).filter(|&c| self.source.unknowns[c].kind == Kind::Coordinate) {
             let Some(state) = state_of(c) else { continue };
@@ -279,9 +279,6 @@ impl Plan<'_> {
         let others: Vec<Id> =
             (self.equations.iter().enumerate()).filter(|(e, _)| !members.contains(e)).map(|(_, e)| e.expr).collect();
         let read = self.leaves(&others).iter().any(|l| mass.unknowns.contains(l));
-        if lambdas.iter().any(|&l| self.source.unknowns.get(l + 1).map(|u| u.kind) != Some(Kind::Mu)) {
-            return Err("a constraint on speeds has none on positions".into());
-        }
         let unit = |l: usize| self.source.unknowns.get(l).map(|u| &u.unit);
         let kinds =
             (lambdas.iter()).map(|&l| lambdas.iter().position(|&other| unit(other) == unit(l)).unwrap_or(0)).collect();
@@ -301,6 +298,12 @@ impl Plan<'_> {
             quick: None,
         })));
         Ok(true)
+    }
+
+    /// The expression of positions whose rate the row of a multiplier holds; None of a row of speeds.
+    pub fn closure(&self, lambda: usize) -> Option<Id> {
+        let follows = self.source.unknowns.get(lambda + 1)?;
+        (follows.kind == Kind::Mu).then(|| self.f[lambda + 1])
     }
 
     /// a = -b, by numbers: two ways of differentiating seldom give one and the same expression.

@@ -476,7 +476,8 @@ impl Plan<'_> {
         for k in 0..steps {
             let Step::Saddle(saddle) = &self.steps[k] else { continue };
             let (rows, carried, turning) = (saddle.rows.clone(), saddle.carried_ids.clone(), saddle.turning);
-            let gaps: Vec<Id> = rows.iter().map(|&row| self.image(self.f[row + 1])).collect();
+            let none = self.g.constant(0.0);
+            let gaps: Vec<Id> = rows.iter().map(|&row| self.closure(row).map_or(none, |h| self.image(h))).collect();
             let drifts: Vec<Id> = rows.iter().map(|&row| self.image(self.f[row])).collect();
             let part = self.parts.len();
             self.parts.push((drifts, false));

@@ -173,7 +173,7 @@ impl Model {
         }
         let held = std::mem::take(&mut self.forces).into_iter();
         self.forces = held.filter_map(|f| Some(crate::model::Force { row: mine(f.row)?, ..f })).collect();
-        for values in [&mut self.starting_currents, &mut self.ic_charge, &mut self.given] {
+        for values in [&mut self.starting_currents, &mut self.states, &mut self.ic_charge, &mut self.given] {
             *values = values.iter().filter_map(|&(k, v)| Some((mine(k)?, v))).collect();
         }
         own

@@ -10,7 +10,7 @@
 use super::phases::phases;
 use crate::derive::{gradient, substitute};
 use crate::edges::waves_of;
-use crate::graph::{Graph, Id, Node};
+use crate::graph::{Graph, Id};
 use crate::model::{Kind, Model};
 use crate::reduced::{augment, strong_components};
 use crate::sparse::{Lu, Pattern, Symbolic};
@@ -45,7 +45,7 @@ impl Follow {
             instant[r] = false;
         }
         for (&r, &e) in model.f.iter().chain(&model.q) {
-            reads[r].extend(unknowns_of(g, e));
+            reads[r].extend(g.unknowns(&[e]));
         }
         model.q.keys().for_each(|&r| instant[r] = false);
         for seat in model.classes.iter().flat_map(|class| class.seats()) {
@@ -96,14 +96,14 @@ impl Follow {
     /// By how much an expression changes with the one unknown of its block, which it may read as one factor of flags; None where it is
     /// not so.
     fn own_slope(&self, g: &mut Graph, e: Id, block: &[usize]) -> Option<Id> {
-        let read = unknowns_of(g, e);
+        let read = g.unknowns(&[e]);
         if !block.iter().any(|u| read.contains(u)) {
             return Some(g.constant(0.0));
         }
         let [u] = block[..] else { return None };
         let x = g.unknown(u as u32);
         let slope = gradient(g, e, &[x])[0];
-        unknowns_of(g, slope).is_empty().then_some(slope)
+        g.unknowns(&[slope]).is_empty().then_some(slope)
     }
 
     /// The wanted unknowns that follow, as expressions of sources, time and flags.
@@ -211,7 +211,8 @@ impl Follow {
                     let slope = self.own_slope(g, e, block)?;
                     coefficient = g.add(coefficient, slope);
                 }
-                let map: Option<Vec<(Id, Id)>> = unknowns_of(g, e)
+                let map: Option<Vec<(Id, Id)>> = g
+                    .unknowns(&[e])
                     .into_iter()
                     .filter(|c| !block.contains(c))
                     .map(|c| Some((g.unknown(c as u32), *found.get(&c)?)))
@@ -233,7 +234,7 @@ impl Follow {
 
     /// The highest frequency at which sources or sines of time swing that can move these expressions.
     pub fn swing(&self, model: &Model, g: &Graph, expressions: &[Id]) -> f64 {
-        let direct: BTreeSet<usize> = expressions.iter().flat_map(|&e| unknowns_of(g, e)).collect();
+        let direct: BTreeSet<usize> = expressions.iter().flat_map(|&e| g.unknowns(&[e])).collect();
         let rows = self.behind(direct.into_iter());
         let in_rows = rows.iter().flat_map(|r| model.f.get(r).into_iter().chain(model.q.get(r))).copied();
         let read: Vec<Id> = expressions.iter().copied().chain(in_rows).collect();
@@ -244,7 +245,7 @@ impl Follow {
     }
 
     /// Rows that can move these unknowns.
-    fn behind(&self, unknowns: impl Iterator<Item = usize>) -> Vec<usize> {
+    pub fn behind(&self, unknowns: impl Iterator<Item = usize>) -> Vec<usize> {
         let mut seen = vec![false; self.row_of.len()];
         let mut stack: Vec<usize> = unknowns.collect();
         let mut rows = Vec::new();
@@ -270,11 +271,6 @@ fn divided(g: &mut Graph, a: Id, b: Id) -> Id {
         }
         None => g.div(a, b),
     }
-}
-
-pub fn unknowns_of(g: &Graph, e: Id) -> BTreeSet<usize> {
-    let unknown = |id| if let Node::Unknown(i) = g.node(id) { Some(i as usize) } else { None };
-    g.reachable(&[e]).into_iter().filter_map(unknown).collect()
 }
 
 /// Of every unknown its row: its own where it stands in it.

@@ -45,6 +45,11 @@ impl Laws {
     pub fn flows(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.slopes.iter().copied()
     }
+
+    /// Is it the row of a law?
+    pub fn has_row(&self, row: usize) -> bool {
+        self.list.iter().any(|law| law.row == row)
+    }
 }
 
 impl System {

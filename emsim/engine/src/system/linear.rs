@@ -123,6 +123,22 @@ impl System {
         }
     }
 
+    /// sizes <- sum of |terms| of F + a Q at x, before they cancel: of what is linear, and of expressions. `q` is Q, which devices
+    /// have a part in.
+    pub fn sizes(&self, w: &Work, a: f64, [x, q]: [&[f64]; 2], sizes: &mut [f64]) {
+        self.terms(x, sizes);
+        let mut stored = vec![0.0; self.n];
+        self.c_rows.sizes(x, |row, size| stored[row] = size);
+        let t = if w.wave_time.is_finite() { w.wave_time } else { 0.0 };
+        let found = self.values.sizes(&Inputs { x, t, waves: &w.waves, flags: &w.flags });
+        let (of_f, of_q) = found.split_at(self.f_rows.len());
+        self.f_rows.iter().zip(of_f).for_each(|(&row, size)| sizes[row] += size);
+        self.q_rows.iter().zip(of_q).for_each(|(&row, size)| stored[row] += size);
+        for (size, (stored, q)) in sizes.iter_mut().zip(stored.iter().zip(q)) {
+            *size += a.abs() * stored.max(q.abs());
+        }
+    }
+
     #[inline]
     pub fn add_waves(&self, w: &Work, out: &mut [f64]) {
         for &(row, k, coefficient) in &self.f_wave {

@@ -21,12 +21,10 @@ pub(super) struct Prepared {
 impl Prepared {
     /// The same with a lower index; None where nothing is hidden.
     pub fn lowered(&self, g: &mut Graph) -> Mutex<Option<Box<Prepared>>> {
-        let stored: Vec<usize> = self.model.c.iter().map(|e| e.0).collect();
-        let made = lowered(&self.model, g).map(|model| {
+        let made = lowered(&self.model, g).map(|(model, relations)| {
             let mut pairs = self.pairs.clone();
             // rows that were replaced are other sums
-            let still: BTreeSet<usize> = model.c.iter().map(|e| e.0).collect();
-            let replaced: BTreeSet<usize> = stored.into_iter().filter(|r| !still.contains(r)).collect();
+            let replaced: BTreeSet<usize> = relations.iter().map(|r| r.row).collect();
             pairs.retain(|(row, _), _| !replaced.contains(row));
             let (islands, floating) = (self.islands.clone(), self.floating.clone());
             Box::new(Prepared { model, islands, floating, pairs, passive: false })

@@ -69,7 +69,7 @@ impl<'a> Splitter<'a> {
         let mut slow: Vec<bool> = (0..sys.n).map(machine).collect();
         // derivatives go with what they differentiate
         for i in (0..sys.n).filter(|&i| sys.unknowns[i].kind == Kind::Derivative) {
-            slow[i] = q.get(&i).is_some_and(|&e| reads(g, e).iter().any(|&k| machine(k)));
+            slow[i] = q.get(&i).is_some_and(|&e| g.unknowns(&[e]).iter().any(|&k| machine(k)));
         }
         let mut counts = [0, 0];
         let place = slow
@@ -105,7 +105,7 @@ impl<'a> Splitter<'a> {
             return Err(format!("the momentum of {} contains {}", name(r), name(c)));
         }
         for (&r, &e) in self.q.iter().filter(|(&r, _)| self.slow[r]) {
-            if let Some(c) = reads(g, e).into_iter().find(|&c| !self.slow[c]) {
+            if let Some(c) = g.unknowns(&[e]).into_iter().find(|&c| !self.slow[c]) {
                 return Err(format!("the momentum of {} contains {}", name(r), name(c)));
             }
         }
@@ -115,7 +115,7 @@ impl<'a> Splitter<'a> {
             }
         }
         for (&r, &e) in self.f.iter().filter(|(&r, _)| self.slow[r]) {
-            let foreign: Vec<usize> = reads(g, e).into_iter().filter(|&c| !self.slow[c]).collect();
+            let foreign: Vec<usize> = g.unknowns(&[e]).into_iter().filter(|&c| !self.slow[c]).collect();
             let xs: Vec<Id> = foreign.iter().map(|&c| self.leaves[c]).collect();
             for (&c, slope) in foreign.iter().zip(gradient(g, e, &xs)) {
                 if depends(g, slope, &xs).contains(&true) {
@@ -143,7 +143,7 @@ impl<'a> Splitter<'a> {
         let entries = self.sys.g_rows.entries().chain(self.sys.c_rows.entries());
         let mut foreign: Vec<usize> = entries.filter(|e| self.slow[e.0] == slow).map(|e| e.1).collect();
         for e in self.expressions(slow) {
-            foreign.extend(reads(g, e));
+            foreign.extend(g.unknowns(&[e]));
         }
         foreign.retain(|&c| self.slow[c] != slow);
         foreign.sort_unstable();
@@ -241,10 +241,4 @@ impl<'a> Splitter<'a> {
         let reads = foreign.iter().map(|&i| self.place[i]).collect();
         Ok(Part { system, of, reads, moves, integrals })
     }
-}
-
-/// Unknowns that an expression reads.
-fn reads(g: &Graph, e: Id) -> Vec<usize> {
-    let unknown = |&id: &Id| if let Node::Unknown(i) = g.node(id) { Some(i as usize) } else { None };
-    g.reachable(&[e]).iter().filter_map(unknown).collect()
 }

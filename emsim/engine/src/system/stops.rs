@@ -56,6 +56,7 @@ impl System {
         };
         let least: Vec<f64> = atol.iter().enumerate().map(moves).collect();
         let mut slots = self.sizes.workspace();
+        w.standing.floor.fill(0.0);
         for (sign, x) in [(1.0, least), (-1.0, vec![0.0; self.n])] {
             self.sizes.run(&Inputs { x: &x, t: 0.0, waves: &w.waves, flags: &w.flags }, &mut slots);
             for (k, floor) in w.standing.floor.iter_mut().enumerate() {

@@ -49,6 +49,7 @@ pub enum Expression {
     Element(u32, E),          // of an array variable
     ParameterElement(u32, E), // of an array parameter
     Name(Word, Option<E>),    // a node or branch, where those may stand; with the index of one in a row of nodes
+    Part(Word, E, E),         // of a row of nodes: name[first:last]
     Port(Word),               // <name>
     System(Word),
     Call(Word, Vec<E>),    // a function, or an access to a branch
@@ -88,6 +89,8 @@ pub struct Variable {
     pub initial: Option<E>,
     pub meaning: String,
     pub unit: String,
+    /// the power of $mfactor that its value is told with
+    pub multiplicity: i32,
     pub described: bool,
 }
 

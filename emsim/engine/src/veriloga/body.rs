@@ -192,6 +192,16 @@ impl Reader<'_> {
         }
     }
 
+    /// What is no variable and no parameter: a node or branch, where those may stand.
+    fn declared_node(&mut self, node: u32, word: Word, index: Option<E>, names: bool) -> Expression {
+        if names {
+            return Expression::Name(word, index);
+        }
+        let (what, hint) = (format!("{} is not declared", self.spelled(word)), self.near_value(word));
+        self.error(self.place(node), what, hint);
+        Expression::Empty
+    }
+
     /// `names`: nodes, branches and others may stand here by their name.
     pub(super) fn expression(&mut self, node: u32, names: bool) -> E {
         let c = self.children(node);
@@ -211,13 +221,7 @@ impl Reader<'_> {
                     Some(Meaning::Variable(k)) => Expression::Variable(k),
                     Some(Meaning::Parameter(k)) => Expression::Parameter(k),
                     None if self.library.sources.word(word) == "inf" => Expression::Number(f64::INFINITY, false),
-                    None if names => Expression::Name(word, None),
-                    None => {
-                        let hint = self.near_value(word);
-                        let what = format!("{} is not declared", self.spelled(word));
-                        self.error(self.place(node), what, hint);
-                        Expression::Empty
-                    }
+                    None => self.declared_node(node, word, None, names),
                 }
             }
             (_, "index") => {
@@ -226,14 +230,11 @@ impl Reader<'_> {
                 match self.meaning(word) {
                     Some(Meaning::Variable(k)) => Expression::Element(k, index),
                     Some(Meaning::Parameter(k)) => Expression::ParameterElement(k, index),
-                    None if names => Expression::Name(word, Some(index)),
-                    None => {
-                        let hint = self.near_value(word);
-                        let what = format!("{} is not declared", self.spelled(word));
-                        self.error(self.place(node), what, hint);
-                        Expression::Empty
-                    }
+                    None => self.declared_node(node, word, Some(index), names),
                 }
+            }
+            (_, "part") => {
+                Expression::Part(self.word(node), self.expression(c[2], false), self.expression(c[3], false))
             }
             (_, "system_name") => {
                 let word = self.word(node);

@@ -111,6 +111,7 @@ impl Reader<'_> {
             let about = Attributes {
                 meaning: own.meaning.or_else(|| about.meaning.clone()),
                 unit: own.unit.or_else(|| about.unit.clone()),
+                multiplicity: own.multiplicity.or(about.multiplicity),
                 ..Attributes::default()
             };
             // input and type of an argument are declared one by one
@@ -137,6 +138,7 @@ impl Reader<'_> {
             initial: None,
             meaning: about.meaning.clone().unwrap_or_default(),
             unit: about.unit.clone().unwrap_or_default(),
+            multiplicity: about.multiplicity.unwrap_or(0),
             described: about.meaning.is_some() || about.unit.is_some(),
         });
         if let Some(scope) = self.scopes.last_mut() {

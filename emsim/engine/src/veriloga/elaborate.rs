@@ -124,6 +124,7 @@ pub struct Elaborator<'a> {
     pub bound_step: Option<Id>,
     pub said: Vec<String>,
     pub left_out: Vec<String>,
+    pub starts: Vec<(usize, f64)>,
     pub outputs: Vec<Output>,
     /// Only parameters have values.
     pub only_parameters: bool,
@@ -164,6 +165,7 @@ impl<'a> Elaborator<'a> {
             bound_step: None,
             said: Vec::new(),
             left_out: Vec::new(),
+            starts: Vec::new(),
             outputs: Vec::new(),
             only_parameters: false,
         }
@@ -290,7 +292,8 @@ impl<'a> Elaborator<'a> {
     }
 
     /// The nodes of the scope: ports as they are bound, others made.
-    fn make_nodes(&mut self, bound: &[Option<usize>]) -> Answer<()> {
+    /// `bound`: the nodes of each port, of those that are connected from within another module.
+    fn make_nodes(&mut self, bound: &[Vec<usize>]) -> Answer<()> {
         let module = &self.library.modules[self.scope.module];
         let mut seat = 0;
         for (k, node) in module.nodes.iter().enumerate() {
@@ -300,13 +303,19 @@ impl<'a> Elaborator<'a> {
                 if (high - low).abs() > 1000 {
                     return self.stop(node.at, "a row of more than 1000 nodes", "");
                 }
-                self.scope.ranges.insert(node.name, (low.min(high), low.max(high)));
+                self.scope.ranges.insert(node.name, (low, high));
                 let step = if high >= low { 1 } else { -1 };
                 indices = (0..=(high - low).abs()).map(|j| Some(low + step * j)).collect();
             }
-            for index in indices {
-                let port = k < module.ports;
-                let known = if port { bound.get(seat).copied().flatten() } else { None };
+            let port = k < module.ports;
+            let ends = bound.get(k).filter(|ends| port && !ends.is_empty());
+            if let Some(ends) = ends.filter(|ends| ends.len() != indices.len()) {
+                let what =
+                    format!("port {} has {} nodes, here are {}", self.word(node.name), indices.len(), ends.len());
+                return self.stop(node.at, what, "a part of a row: name[first:last]");
+            }
+            for (j, index) in indices.into_iter().enumerate() {
+                let known = ends.map(|ends| ends[j]);
                 seat += usize::from(port);
                 let at = if node.ground {
                     GROUND
@@ -332,29 +341,41 @@ impl<'a> Elaborator<'a> {
     }
 
     pub fn index_of(&mut self, e: E) -> Answer<i64> {
-        let n = self.number(e)?;
-        match self.value_of(&n) {
-            Some(v) if v == v.round() && v.abs() < 1e9 => Ok(v as i64),
-            Some(v) => self.stop(self.place(e), format!("{v} is no index"), "an index is a whole number"),
-            None => self.stop(self.place(e), "this index hangs on voltages", "it must follow from parameters alone"),
+        match self.known(e, "this index")? {
+            v if v == v.round() && v.abs() < 1e9 => Ok(v as i64),
+            v => self.stop(self.place(e), format!("{v} is no index"), "an index is a whole number"),
         }
     }
 
     pub fn node_at(&mut self, e: E) -> Answer<usize> {
-        let Expression::Name(word, index) = self.library.expressions[e as usize] else {
-            return self.stop(self.place(e), "a node is expected here", "");
-        };
-        let index = match index {
-            Some(i) => Some(self.index_of(i)?),
-            None => None,
-        };
-        match self.scope.nodes.get(&(word, index)) {
-            Some(&node) => Ok(node),
-            None if self.scope.ranges.contains_key(&word) => {
-                let (low, high) = self.scope.ranges[&word];
-                let what = format!("{} is a row of nodes from {low} to {high}", self.word(word));
+        match *self.nodes_at(e)? {
+            [only] => Ok(only),
+            ref several => {
+                let what = format!("a row of {} nodes", several.len());
                 self.stop(self.place(e), what, "write one of them: name[index]")
             }
+        }
+    }
+
+    /// One node, or those of a row or of a part of it, in the order in which they are written.
+    fn nodes_at(&mut self, e: E) -> Answer<Vec<usize>> {
+        let (word, part) = match self.library.expressions[e as usize] {
+            Expression::Name(word, None) => (word, self.scope.ranges.get(&word).copied()),
+            Expression::Name(word, Some(i)) => {
+                let index = self.index_of(i)?;
+                (word, Some((index, index)))
+            }
+            Expression::Part(word, a, b) => (word, Some((self.index_of(a)?, self.index_of(b)?))),
+            _ => return self.stop(self.place(e), "a node is expected here", ""),
+        };
+        let indices: Vec<Option<i64>> = match part {
+            None => vec![None],
+            Some((a, b)) if a <= b => (a..=b).map(Some).collect(),
+            Some((a, b)) => (b..=a).rev().map(Some).collect(),
+        };
+        let found: Option<Vec<usize>> = indices.iter().map(|&i| self.scope.nodes.get(&(word, i)).copied()).collect();
+        match found {
+            Some(nodes) => Ok(nodes),
             None => self.stop(self.place(e), format!("there is no node {}", self.word(word)), ""),
         }
     }
@@ -476,12 +497,11 @@ impl<'a> Elaborator<'a> {
             None => self.converted(value, kind, parameter.at)?,
         };
         if let Val::Num(n) = &value {
-            if self.value_of(n).is_none() {
-                return self.stop(
-                    parameter.at,
-                    format!("the value of {name} hangs on voltages"),
-                    "parameters are numbers",
-                );
+            // what the simulator gives, gmin, is no number before the run, and none that voltages change
+            let free = |&id: &Id| matches!(self.g.node(id), Node::Unknown(_) | Node::Time);
+            if n.q.is_some() || n.noise.is_some() || self.g.reachable(&[n.id]).iter().any(free) {
+                let what = format!("the value of {name} hangs on voltages");
+                return self.stop(parameter.at, what, "parameters are numbers");
             }
         }
         if is_given {
@@ -640,7 +660,7 @@ impl<'a> Elaborator<'a> {
     // ---- the hierarchy ----
 
     /// Runs the module of the scope.
-    fn run_module(&mut self, bound: &[Option<usize>]) -> Answer<()> {
+    fn run_module(&mut self, bound: &[Vec<usize>]) -> Answer<()> {
         let module = &self.library.modules[self.scope.module];
         self.make_nodes(bound)?;
         for k in 0..module.parameters.len() {
@@ -693,7 +713,7 @@ impl<'a> Elaborator<'a> {
             };
             values.push((number, self.eval(e)?));
         }
-        let mut bound: Vec<Option<usize>> = vec![None; of.ports];
+        let mut bound: Vec<Vec<usize>> = vec![Vec::new(); of.ports];
         for (k, &(word, e)) in instance.nodes.iter().enumerate() {
             let seat = match word {
                 Some(w) => of.nodes[..of.ports].iter().position(|n| n.name == w),
@@ -703,7 +723,7 @@ impl<'a> Elaborator<'a> {
                 return self.stop(self.place(e), format!("{name} has no such port"), format!("it has {}", of.ports));
             };
             if !matches!(self.library.expressions[e as usize], Expression::Empty) {
-                bound[seat] = Some(self.node_at(e)?);
+                bound[seat] = self.nodes_at(e)?;
             }
         }
         let prefix = format!("{}{}.", self.scope.prefix, self.word(instance.name));
@@ -725,11 +745,8 @@ impl<'a> Elaborator<'a> {
             nested += 1;
             let set = &self.library.modules[self.scope.module];
             let Some(target) = self.library.modules.iter().position(|m| m.name == base).filter(|_| nested < 20) else {
-                return self.stop(
-                    set.at,
-                    format!("there is no module {}", self.word(base)),
-                    "a paramset stands behind its module",
-                );
+                let hint = "a paramset stands behind its module";
+                return self.stop(set.at, format!("there is no module {}", self.word(base)), hint);
             };
             for k in 0..set.parameters.len() {
                 self.parameter(k as u32)?;
@@ -760,7 +777,9 @@ impl<'a> Elaborator<'a> {
                 if n.q.is_none() && n.noise.is_none() && !self.unset.contains_key(&n.id) {
                     let name = format!("{}{}", self.scope.prefix, self.word(variable.name));
                     let (unit, meaning) = (variable.unit.clone(), variable.meaning.clone());
-                    self.outputs.push(Output { name, unit, meaning, value: n.id });
+                    let factor = self.g.constant(self.given.multiplier.powi(variable.multiplicity));
+                    let value = self.g.mul(n.id, factor);
+                    self.outputs.push(Output { name, unit, meaning, value });
                 }
             }
         }
@@ -901,29 +920,16 @@ impl<'a> Elaborator<'a> {
             let (word, at) = self.unset[&id];
             let what =
                 format!("{} has no value in some cases, and keeps that of an earlier evaluation", self.word(word));
-            return self.stop(
-                at,
-                what,
-                "assign to it before the conditions: state between evaluations is not supported",
-            );
+            let hint = "assign to it before the conditions: state between evaluations is not supported";
+            return self.stop(at, what, hint);
         }
         if self.reached(&needed, &|id| self.g.value(id).is_some_and(f64::is_nan)).is_some() {
             let about = &self.library.modules[self.scope.module];
             let what = format!("{} is no number for these parameters", self.word(about.name));
-            return self.stop(
-                about.at,
-                what,
-                "a parameter leads to 0/0, or to the logarithm or root of a negative number",
-            );
+            let hint = "a parameter leads to 0/0, or to the logarithm or root of a negative number";
+            return self.stop(about.at, what, hint);
         }
-        if self.g.len() > MOST_NODES {
-            let at = self.library.modules[self.scope.module].at;
-            return self.stop(
-                at,
-                "the module comes to too many operations",
-                "are loops unrolled that end on voltages?",
-            );
-        }
+        self.is_small(self.library.modules[self.scope.module].at)?;
         let holes: Vec<(Id, Id)> = self.unset.keys().map(|&id| (id, zero)).collect();
         // what is never read is 0
         let values: Vec<Id> = self.outputs.iter().map(|o| o.value).chain(needed).collect();
@@ -947,6 +953,7 @@ impl<'a> Elaborator<'a> {
             bound_step: self.bound_step,
             said: self.said,
             left_out: self.left_out,
+            starts: self.starts,
         })
     }
 

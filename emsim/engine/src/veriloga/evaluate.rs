@@ -44,7 +44,7 @@ impl Elaborator<'_> {
             Expression::System(word) => self.system(*word, &[], e)?,
             Expression::Call(word, arguments) => self.call(*word, arguments, e)?,
             Expression::Function(k, arguments) => self.function(*k, arguments, e)?,
-            Expression::Name(word, _) => {
+            Expression::Name(word, _) | Expression::Part(word, ..) => {
                 let what = format!("{} is no value", self.word(*word));
                 return self.stop(self.place(e), what, "V(node) is the potential of a node");
             }
@@ -70,14 +70,21 @@ impl Elaborator<'_> {
         Ok(self.plain(&n))
     }
 
-    fn known(&mut self, e: E, what: &str) -> Answer<f64> {
+    pub fn known(&mut self, e: E, what: &str) -> Answer<f64> {
         let n = self.number(e)?;
-        match self.value_of(&n) {
-            Some(v) => Ok(v),
-            None => {
-                self.stop(self.place(e), format!("{what} hangs on voltages"), "it must follow from parameters alone")
-            }
+        self.decided_value(&n, e, what)
+    }
+
+    fn decided_value(&self, n: &Num, e: E, what: &str) -> Answer<f64> {
+        let hint = "it must follow from parameters alone";
+        self.value_of(n).map_or_else(|| self.stop(self.place(e), format!("{what} hangs on voltages"), hint), Ok)
+    }
+
+    pub fn is_small(&self, at: Place) -> Answer<()> {
+        if self.g.len() <= MOST_NODES {
+            return Ok(());
         }
+        self.stop(at, "the module comes to too many operations", "are loops unrolled that end on voltages?")
     }
 
     fn text(&mut self, e: E) -> Answer<String> {
@@ -91,20 +98,11 @@ impl Elaborator<'_> {
         let Val::Row(_, items) = self.eval(e)? else {
             return self.stop(self.place(e), "a row of numbers is expected here", "'{1, 2, ...}");
         };
-        let mut out = Vec::new();
-        for item in items.iter() {
-            match item {
-                Val::Num(n) if self.value_of(n).is_some() => out.push(self.value_of(n).unwrap_or(0.0)),
-                _ => {
-                    return self.stop(
-                        self.place(e),
-                        "these numbers hang on voltages",
-                        "they must follow from parameters alone",
-                    )
-                }
-            }
-        }
-        Ok(out)
+        let value = |item: &Val| match item {
+            Val::Num(n) => self.decided_value(n, e, "a number of this row"),
+            _ => self.stop(self.place(e), "a row of numbers is expected here", "'{1, 2, ...}"),
+        };
+        items.iter().map(value).collect()
     }
 
     fn element(&mut self, row: Val, index: E) -> Answer<Val> {
@@ -245,16 +243,7 @@ impl Elaborator<'_> {
                     }
                 }
             }
-            _ => match self.value_of(&a) {
-                Some(v) => self.whole(f64::from(!(v as i32))),
-                None => {
-                    return self.stop(
-                        self.place(e),
-                        "bits of a number that hangs on voltages",
-                        "they must follow from parameters alone",
-                    )
-                }
-            },
+            _ => self.whole(f64::from(!(self.decided_value(&a, e, "what bits are read of")? as i32))),
         })
     }
 
@@ -285,6 +274,40 @@ impl Elaborator<'_> {
         Num { id: self.g.add(a.id, b.id), whole: a.whole && b.whole, q, noise }
     }
 
+    /// Of a counter that a condition has set, and a known number: chosen among known numbers too, so that the condition decides a loop
+    /// that ends by it.
+    fn chosen(&mut self, op: Operator, a: &Num, b: &Num) -> Option<Num> {
+        use Operator::*;
+        if !(a.whole && b.whole) {
+            return None;
+        }
+        if let (Some(x), Some(y)) = (self.value_of(a), self.value_of(b)) {
+            return match op {
+                Plus => Some(self.whole(x + y)),
+                Minus => Some(self.whole(x - y)),
+                Equals | Differs | Less | More | AtMost | AtLeast => Some(self.comparison(op, a.id, b.id)),
+                _ => None,
+            };
+        }
+        // one choice behind the other, no tree of them: its leaves would double with each
+        let choice = |run: &Self, n: &Num| match run.g.node(n.id) {
+            Node::Select(c, yes, no) if run.g.value(yes).or(run.g.value(no)).is_some() => Some((c, yes, no)),
+            _ => None,
+        };
+        let one = |run: &Self, id| Num { whole: true, ..run.real(id) };
+        let (c, yes, no) = match (choice(self, a), self.value_of(b), choice(self, b), self.value_of(a)) {
+            (Some((c, yes, no)), Some(_), ..) => {
+                (c, self.chosen(op, &one(self, yes), b)?, self.chosen(op, &one(self, no), b)?)
+            }
+            (_, _, Some((c, yes, no)), Some(_)) => {
+                (c, self.chosen(op, a, &one(self, yes))?, self.chosen(op, a, &one(self, no))?)
+            }
+            _ => return None,
+        };
+        let id = self.g.select(c, yes.id, no.id);
+        Some(one(self, id))
+    }
+
     fn binary(&mut self, op: Operator, ea: E, eb: E, e: E) -> Answer<Val> {
         use Operator::*;
         let a = self.eval(ea)?;
@@ -310,12 +333,9 @@ impl Elaborator<'_> {
             return self.logical(op == And, a, eb).map(Val::Num);
         }
         let b = self.number(eb)?;
-        if self.g.len() > MOST_NODES {
-            return self.stop(
-                self.place(e),
-                "the module comes to too many operations",
-                "are loops unrolled that end on voltages?",
-            );
+        self.is_small(self.place(e))?;
+        if let Some(chosen) = self.chosen(op, &a, &b) {
+            return Ok(Val::Num(chosen));
         }
         let known = (self.value_of(&a), self.value_of(&b));
         Ok(Val::Num(match op {
@@ -380,27 +400,18 @@ impl Elaborator<'_> {
                 let (a, b) = (self.plain(&a), self.plain(&b));
                 self.comparison(op, a.id, b.id)
             }
-            BitAnd | BitOr | BitXor | BitXnor | Left | Right => match known {
-                (Some(x), Some(y)) => {
-                    let (x, y) = (x as i32, y as i32);
-                    let v = match op {
-                        BitAnd => x & y,
-                        BitOr => x | y,
-                        BitXor => x ^ y,
-                        BitXnor => !(x ^ y),
-                        Left => x.checked_shl(y as u32).unwrap_or(0),
-                        _ => ((x as u32).checked_shr(y as u32).unwrap_or(0)) as i32,
-                    };
-                    self.whole(f64::from(v))
-                }
-                _ => {
-                    return self.stop(
-                        self.place(e),
-                        "bits of a number that hangs on voltages",
-                        "they must follow from parameters alone",
-                    )
-                }
-            },
+            BitAnd | BitOr | BitXor | BitXnor | Left | Right => {
+                let bits = |n: &Num| self.decided_value(n, e, "what bits are read of").map(|v| v as i32);
+                let (x, y) = (bits(&a)?, bits(&b)?);
+                self.whole(f64::from(match op {
+                    BitAnd => x & y,
+                    BitOr => x | y,
+                    BitXor => x ^ y,
+                    BitXnor => !(x ^ y),
+                    Left => x.checked_shl(y as u32).unwrap_or(0),
+                    _ => ((x as u32).checked_shr(y as u32).unwrap_or(0)) as i32,
+                }))
+            }
             And | Or | Not | BitNot => return self.stop(self.place(e), "an operator is not expected here", ""),
         }))
     }
@@ -627,11 +638,8 @@ impl Elaborator<'_> {
             "transition" | "slew" | "absdelay" => {
                 let n = self.plain_number(arguments[0])?;
                 if self.value_of(&n).is_none() {
-                    return self.stop(
-                        at,
-                        format!("{name} of a value that changes is not supported"),
-                        "use ddt and idt, or a source of the deck",
-                    );
+                    let hint = "use ddt and idt, or a source of the deck";
+                    return self.stop(at, format!("{name} of a value that changes is not supported"), hint);
                 }
                 n
             }
@@ -709,12 +717,13 @@ impl Elaborator<'_> {
         let x = self.plain_number(arguments[0])?;
         let name = format!("idt#{}", self.unknowns.len());
         let (k, s) = self.unknown(name);
-        let mut i = self.g.neg(x.id);
+        let i = self.g.neg(x.id);
         if let Some(&initial) = arguments.get(1) {
-            let initial = self.plain_number(initial)?;
-            let held = self.g.sub(s, initial.id);
-            let still = self.g.given(super::folded::STATIC);
-            i = self.g.select(still, held, i);
+            let value = self.plain_number(initial)?.id;
+            let Some(value) = self.g.value(value) else {
+                return self.stop(at, "the initial value of idt hangs on voltages", "it is a number of parameters");
+            };
+            self.starts.push((k, value));
         }
         self.row(k, i, s);
         Ok(self.real(s))
@@ -724,11 +733,8 @@ impl Elaborator<'_> {
     fn partial(&mut self, arguments: &[E], e: E) -> Answer<Num> {
         let y = self.plain_number(arguments[0])?;
         let Expression::Call(word, of) = &self.library.expressions[arguments[1] as usize] else {
-            return self.stop(
-                self.place(e),
-                "ddx takes an expression and a potential or flow",
-                "ddx(expression, V(node))",
-            );
+            let hint = "ddx(expression, V(node))";
+            return self.stop(self.place(e), "ddx takes an expression and a potential or flow", hint);
         };
         let name = self.word(*word);
         let (branch, turned) = self.branch_of(of, self.place(e))?;

@@ -130,11 +130,8 @@ impl Elaborator<'_> {
         interrupt::spent(100);
         let library = self.library;
         if self.steps > MOST_STEPS {
-            return self.stop(
-                library.statement_places[s as usize],
-                "the module takes too many steps",
-                "does a loop never end?",
-            );
+            let at = library.statement_places[s as usize];
+            return self.stop(at, "the module takes too many steps", "does a loop never end?");
         }
         match &library.statements[s as usize] {
             Statement::Nothing => {}
@@ -183,21 +180,11 @@ impl Elaborator<'_> {
             }
             Statement::While(c, body, unroll) => self.repeated(*c, &[*body], *unroll, 0)?,
             Statement::Repeat(count, body) => {
-                let n = self.number(*count)?;
-                let Some(n) = self.value_of(&n) else {
-                    let at = self.place(*count);
-                    return self.stop(
-                        at,
-                        "how often this is repeated hangs on voltages",
-                        "it must follow from parameters alone",
-                    );
-                };
+                let n = self.known(*count, "how often this is repeated")?;
                 self.loops += 1;
-                let mut k = 0.0;
-                while k < n.round() {
+                for _ in 0..n.round() as u64 {
                     self.execute(*body)?;
                     self.steps += 1;
-                    k += 1.0;
                 }
                 self.loops -= 1;
             }
@@ -254,11 +241,8 @@ impl Elaborator<'_> {
                 Some(false) => break,
                 Some(true) => {
                     if self.steps > MOST_STEPS {
-                        return self.stop(
-                            self.place(c),
-                            "the module takes too many steps",
-                            "the condition of this loop stays true",
-                        );
+                        let hint = "the condition of this loop stays true";
+                        return self.stop(self.place(c), "the module takes too many steps", hint);
                     }
                     for &s in body {
                         self.execute(s)?;
@@ -269,12 +253,8 @@ impl Elaborator<'_> {
                         break;
                     }
                     if done >= UNROLLED || self.g.len() > 200_000 {
-                        let what = "the end of this loop hangs on voltages";
-                        return self.stop(
-                            self.place(c),
-                            what,
-                            "bound it: (* unroll = 10 *) while (...), or by a counter that ends it",
-                        );
+                        let hint = "bound it: (* unroll = 10 *) while (...), or by a counter that ends it";
+                        return self.stop(self.place(c), "the end of this loop hangs on voltages", hint);
                     }
                     let c2 = self.condition(condition.id);
                     self.either(
@@ -494,11 +474,8 @@ impl Elaborator<'_> {
             return self.stop(at, "an equation is expected behind the colon", "V(out) : V(in) == 0;");
         };
         if !self.path.is_empty() {
-            return self.stop(
-                at,
-                "an equation inside of a condition that voltages decide",
-                "write it outside, with ?: in it",
-            );
+            let hint = "write it outside, with ?: in it";
+            return self.stop(at, "an equation inside of a condition that voltages decide", hint);
         }
         if self.branches[b].indirect.is_some() || self.branches[b].state.touched {
             return self.stop(at, "this branch is given twice", "keep one of both");
@@ -561,11 +538,8 @@ impl Elaborator<'_> {
         let changed =
             |(b, branch): (usize, &Branch)| touched.get(b).map_or(branch.state.touched, |t| branch.state != *t);
         if self.branches.iter().enumerate().any(changed) {
-            return self.stop(
-                at,
-                "a contribution at @(initial_step) is not supported",
-                "contribute outside of the event",
-            );
+            let hint = "contribute outside of the event";
+            return self.stop(at, "a contribution at @(initial_step) is not supported", hint);
         }
         for (k, old) in journal {
             let mut ids = Vec::new();

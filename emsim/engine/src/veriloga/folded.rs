@@ -10,12 +10,10 @@ pub const GMIN: u32 = 0;
 /// `Node::Symbol` of the factor that sources are multiplied with while an operating point is looked for ($simparam("sourceScaleFactor")).
 pub const SOURCE_SCALE: u32 = 1;
 
-/// `Node::Symbol` that is 1 while an operating point is looked for (`idt` with an initial value reads it), else 0.
-pub const STATIC: u32 = 2;
 /// analysis("name") reads these symbols, each 1 or 0; "ic" is a transient's operating point. Who runs a module gives every symbol
 /// that is read a value, or refuses it by name.
 pub const ANALYSES: &[(&str, u32)] =
-    &[("static", STATIC), ("dc", 3), ("tran", 4), ("ac", 5), ("noise", 6), ("ic", 7), ("nodeset", 8)];
+    &[("static", 2), ("dc", 3), ("tran", 4), ("ac", 5), ("noise", 6), ("ic", 7), ("nodeset", 8)];
 /// Symbols below this have a meaning; no other is left in what is handed over.
 pub const SYMBOLS: u32 = 9;
 
@@ -34,6 +32,8 @@ pub struct Folded {
     /// What goes from the row of one unknown to that of another; in the row of an unknown current (k, GROUND) it is what must be 0.
     pub flows: Vec<Flow>,
     pub noise: Vec<Noise>,
+    /// Unknowns that an operating point holds at a value in place of their rows (`idt` with an initial value).
+    pub starts: Vec<(usize, f64)>,
     /// Variables of the module with a description: operating-point values.
     pub outputs: Vec<Output>,
     /// The longest step that the module allows ($bound_step) [s].

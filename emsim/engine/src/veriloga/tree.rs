@@ -273,6 +273,8 @@ pub(super) struct Reader<'a> {
 pub(super) struct Attributes {
     pub(super) meaning: Option<String>,
     pub(super) unit: Option<String>,
+    /// `multiplicity`: the power of $mfactor that an output variable is multiplied with (Verilog-AMS 2.4, 3.2.1)
+    pub(super) multiplicity: Option<i32>,
     pub(super) instance: bool,
     pub(super) unroll: Option<u32>,
 }
@@ -437,8 +439,16 @@ impl<'a> Reader<'a> {
                 let Some(&value) = children.get(1) else { continue };
                 let text = unquote(self.text(value));
                 match self.text(children[0]) {
-                    "desc" => out.meaning = Some(text),
-                    "units" => out.unit = Some(text),
+                    "desc" | "info" => out.meaning = Some(text),
+                    "units" | "unit" => out.unit = Some(text),
+                    "multiplicity" => {
+                        let powers = [("multiply", 1), ("divide", -1), ("none", 0)];
+                        out.multiplicity = powers.iter().find(|p| p.0 == text).map(|p| p.1);
+                        if out.multiplicity.is_none() {
+                            let hint = "it is \"multiply\", \"divide\" or \"none\"";
+                            self.error(self.place(value), format!("there is no multiplicity \"{text}\""), hint);
+                        }
+                    }
                     "type" => out.instance = text == "instance",
                     "unroll" => out.unroll = text.parse().ok(),
                     _ => {}
@@ -453,13 +463,15 @@ impl<'a> Reader<'a> {
     pub(super) fn module(&mut self, node: u32, attributes: &Attributes) {
         let children = self.children(node);
         let is_set = self.rule(node) == "paramset";
+        let behind = if is_set { None } else { self.attributes(node).meaning };
+        let meaning = attributes.meaning.clone().or(behind);
         self.scopes = vec![HashMap::new()];
         self.functions.clear();
         self.frame.clear();
         self.module = Module {
             name: self.word(children[0]),
             at: self.place(children[0]),
-            meaning: attributes.meaning.clone().unwrap_or_default(),
+            meaning: meaning.unwrap_or_default(),
             base: is_set.then(|| self.word(children[1])),
             ..Module::default()
         };

@@ -53,7 +53,7 @@ impl Bounds {
 impl Wave {
     /// Does the deck alone say what it will be?
     pub fn is_known_ahead(&self) -> bool {
-        !matches!(self.shape, Shape::Guest | Shape::Input(_) | Shape::Slope(_))
+        !matches!(self.shape, Shape::Guest | Shape::Input(..) | Shape::Slope(_))
     }
 
     /// Highest frequency of what swings without corners, at any time.
@@ -98,7 +98,7 @@ impl Wave {
             return straight;
         }
         match &self.shape {
-            Shape::Guest | Shape::Input(_) | Shape::Slope(_) => Bounds::UNKNOWN,
+            Shape::Guest | Shape::Input(..) | Shape::Slope(_) => Bounds::UNKNOWN,
             Shape::Dc(_) | Shape::Pulse(_) | Shape::Pwl(_) => straight,
             Shape::Exp { low, high, rise_at, rise_tau, fall_at, fall_tau } => {
                 let of = |from: f64, tau: f64| decay(a - from, b - from, tau);

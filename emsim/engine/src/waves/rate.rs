@@ -5,81 +5,47 @@ use std::f64::consts::TAU;
 impl Wave {
     /// dw/dt at t; at a corner the slope before it or after it. Jumps have none.
     pub fn rate(&self, t: f64, before: bool) -> f64 {
-        let side = if before { Side::Before } else { Side::After };
-        match &self.shape {
-            Shape::Dc(_) | Shape::Guest => 0.0,
-            Shape::Input(input) => input.slope(),
-            Shape::Slope(of) => of.curvature(t, before),
-            Shape::Pulse(pulse) => pulse.rate(t, side),
-            Shape::Pwl(pwl) => pwl.rate(t, side),
-            Shape::Sin { amplitude, frequency, delay, damping, phase, .. } => {
-                let s = t - delay;
-                if !passed(s, 0.0, 0.0, side) {
-                    return 0.0;
-                }
-                let (sin, slope) = wave(*frequency, s, *phase);
-                amplitude * (slope - damping * sin) * (-s * damping).exp()
-            }
-            Shape::Exp { low, high, rise_at, rise_tau, fall_at, fall_tau } => {
-                let of = |from: f64, tau: f64| match tau > 0.0 && passed(t, from, 0.0, side) {
-                    true => (-(t - from) / tau).exp() / tau,
-                    false => 0.0,
-                };
-                let falls = if passed(t, *rise_at, 0.0, side) { of(*fall_at, *fall_tau) } else { 0.0 };
-                (high - low) * (of(*rise_at, *rise_tau) - falls)
-            }
-            Shape::Sffm { amplitude, carrier, index, signal, carrier_phase, signal_phase, .. } => {
-                let (sin, slope) = wave(*signal, t, *signal_phase);
-                let angle = TAU * (carrier * t - (carrier * t).floor()) + carrier_phase + index * sin;
-                amplitude * angle.cos() * (TAU * carrier + index * slope)
-            }
-            Shape::Am { amplitude, offset, modulation, carrier, delay, phase } => {
-                let s = t - delay;
-                if !passed(s, 0.0, 0.0, side) {
-                    return 0.0;
-                }
-                let ((low, low_slope), (high, high_slope)) = (wave(*modulation, s, *phase), wave(*carrier, s, *phase));
-                amplitude * (low_slope * high + (offset + low) * high_slope)
-            }
-        }
+        self.rates(t, if before { Side::Before } else { Side::After })[0]
     }
 
-    /// d2w/dt2 at t, as `rate`.
-    fn curvature(&self, t: f64, before: bool) -> f64 {
-        let side = if before { Side::Before } else { Side::After };
+    /// ... and d2w/dt2.
+    fn rates(&self, t: f64, side: Side) -> [f64; 2] {
         match &self.shape {
-            Shape::Dc(_) | Shape::Guest | Shape::Input(_) | Shape::Pulse(_) | Shape::Pwl(_) | Shape::Slope(_) => 0.0,
+            Shape::Dc(_) | Shape::Guest => [0.0; 2],
+            Shape::Input(input, _) => [input.slope(), 0.0],
+            Shape::Slope(of) => [of.rates(t, side)[1], 0.0],
+            Shape::Pulse(pulse) => [pulse.rate(t, side), 0.0],
+            Shape::Pwl(pwl) => [pwl.rate(t, side), 0.0],
+            Shape::Sin { delay, .. } | Shape::Am { delay, .. } if !passed(t - delay, 0.0, 0.0, side) => [0.0; 2],
             Shape::Sin { amplitude, frequency, delay, damping, phase, .. } => {
                 let s = t - delay;
-                if !passed(s, 0.0, 0.0, side) {
-                    return 0.0;
-                }
                 let (sin, slope) = wave(*frequency, s, *phase);
                 let of_sin = damping * damping - (TAU * frequency).powi(2);
-                amplitude * (of_sin * sin - 2.0 * damping * slope) * (-s * damping).exp()
+                let bends = of_sin * sin - 2.0 * damping * slope;
+                [slope - damping * sin, bends].map(|of| amplitude * of * (-s * damping).exp())
             }
             Shape::Exp { low, high, rise_at, rise_tau, fall_at, fall_tau } => {
                 let of = |from: f64, tau: f64| match tau > 0.0 && passed(t, from, 0.0, side) {
-                    true => -(-(t - from) / tau).exp() / (tau * tau),
-                    false => 0.0,
+                    true => [(-(t - from) / tau).exp() / tau, -(-(t - from) / tau).exp() / (tau * tau)],
+                    false => [0.0; 2],
                 };
-                let falls = if passed(t, *rise_at, 0.0, side) { of(*fall_at, *fall_tau) } else { 0.0 };
-                (high - low) * (of(*rise_at, *rise_tau) - falls)
+                let falls = if passed(t, *rise_at, 0.0, side) { of(*fall_at, *fall_tau) } else { [0.0; 2] };
+                let rises = of(*rise_at, *rise_tau);
+                [0, 1].map(|k| (high - low) * (rises[k] - falls[k]))
             }
             Shape::Sffm { amplitude, carrier, index, signal, carrier_phase, signal_phase, .. } => {
                 let (sin, slope) = wave(*signal, t, *signal_phase);
                 let angle = TAU * (carrier * t - (carrier * t).floor()) + carrier_phase + index * sin;
                 let turns = TAU * carrier + index * slope;
-                -amplitude * (angle.cos() * index * (TAU * signal).powi(2) * sin + angle.sin() * turns * turns)
+                let bends = angle.cos() * index * (TAU * signal).powi(2) * sin + angle.sin() * turns * turns;
+                [amplitude * angle.cos() * turns, -amplitude * bends]
             }
             Shape::Am { amplitude, offset, modulation, carrier, delay, phase } => {
                 let s = t - delay;
-                if !passed(s, 0.0, 0.0, side) {
-                    return 0.0;
-                }
                 let ((low, low_slope), (high, high_slope)) = (wave(*modulation, s, *phase), wave(*carrier, s, *phase));
                 let (slow, fast) = ((TAU * modulation).powi(2), (TAU * carrier).powi(2));
-                amplitude * (2.0 * low_slope * high_slope - (slow * low + fast * (offset + low)) * high)
+                let bends = 2.0 * low_slope * high_slope - (slow * low + fast * (offset + low)) * high;
+                [amplitude * (low_slope * high + (offset + low) * high_slope), amplitude * bends]
             }
         }
     }
@@ -87,8 +53,8 @@ impl Wave {
     /// Its rate as a wave of its own; None where it jumps, where nobody knows ahead what it will be, and of a rate.
     pub fn slope(&self) -> Option<Wave> {
         let goes_on = match &self.shape {
-            Shape::Guest | Shape::Input(_) | Shape::Slope(_) => false,
-            Shape::Dc(_) | Shape::Sin { .. } | Shape::Sffm { .. } => true,
+            Shape::Guest | Shape::Input(_, true) | Shape::Slope(_) => false,
+            Shape::Dc(_) | Shape::Input(_, false) | Shape::Sin { .. } | Shape::Sffm { .. } => true,
             Shape::Pulse(Pulse { v1, v2, period, corners: [rise, top, fall], .. }) => {
                 v1 == v2 || *rise > 0.0 && fall > top && period >= fall
             }

@@ -45,6 +45,7 @@ fn transistor(saturation: f64, beta: f64, rb: f64) -> Folded {
         graph: g,
         noise: vec![],
         outputs: vec![],
+        starts: vec![],
         bound_step: None,
         said: vec![],
         left_out: vec![],
@@ -52,14 +53,15 @@ fn transistor(saturation: f64, beta: f64, rb: f64) -> Folded {
 }
 
 fn seated(all: &[Folded]) -> Vec<Box<dyn Class>> {
-    let mut classes = Vec::new();
+    let (mut classes, mut lately) = (Vec::new(), Lately::default());
     let mut next = 3;
     for (k, folded) in all.iter().enumerate() {
         let mut inner = |_: Wanted| {
             next += 1;
             next - 1
         };
-        seat(&mut classes, "bjt", &format!("q{k}"), &[0, 1, 2], folded, 1.0, &mut inner).unwrap();
+        let (places, folded) = ((&mut classes, &mut lately), Arc::new(folded.clone()));
+        seat(places, "bjt", (&format!("q{k}"), &[0, 1, 2]), &folded, 1.0, &mut inner).unwrap();
     }
     classes.iter_mut().for_each(|c| c.settle());
     classes
@@ -143,10 +145,11 @@ fn a_group_holds_every_instance_as_it_is_alone() {
 
 #[test]
 fn m_in_parallel_carry_m_times_the_current() {
-    let (mut classes, mut inner) = (Vec::new(), |_: Wanted| 3);
+    let (mut classes, mut lately, mut inner) = (Vec::new(), Lately::default(), |_: Wanted| 3);
+    let folded = Arc::new(transistor(1e-15, 100.0, 10.0));
     for (k, m) in [1.0, 3.0].into_iter().enumerate() {
-        let folded = transistor(1e-15, 100.0, 10.0);
-        seat(&mut classes, "bjt", &k.to_string(), &[0, 1, 2], &folded, m, &mut inner).unwrap();
+        let places = (&mut classes, &mut lately);
+        seat(places, "bjt", (&k.to_string(), &[0, 1, 2]), &folded, m, &mut inner).unwrap();
     }
     let mut lines = [Line::default(), Line::default()];
     classes.iter().zip(&mut lines).for_each(|(class, line)| class.at(0, &[0.6, -1.0, 0.02], 1e-12, line));
@@ -159,7 +162,8 @@ fn m_in_parallel_carry_m_times_the_current() {
 fn a_limited_port_that_is_not_known_is_told() {
     let mut folded = transistor(1e-15, 100.0, 10.0);
     folded.ports[0].limit = Some(Limit { function: "mylim".into(), arguments: vec![] });
-    let told = seat(&mut Vec::new(), "bjt", "q", &[0, 1, 2], &folded, 1.0, &mut |_| 3);
+    let (places, folded) = ((&mut Vec::new(), &mut Lately::default()), Arc::new(folded));
+    let told = seat(places, "bjt", ("q", &[0, 1, 2]), &folded, 1.0, &mut |_| 3);
     assert_eq!(told.unwrap_err(), "$limit knows pnjlim, fetlim, limvds and limitlog, not mylim");
     assert_eq!(folded.ports[2].to, 3);
     assert_ne!(GROUND, 3);

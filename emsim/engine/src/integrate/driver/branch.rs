@@ -51,7 +51,9 @@ impl Branch {
         let of = |kind: Kind| (0..sys.n).filter(move |&k| sys.unknowns[k].kind == kind);
         of(Kind::Lambda).next()?;
         let mut kinds: Vec<Like> = Vec::new();
-        for (place, speed) in couples(sys) {
+        let mut all = couples(sys);
+        all.dedup_by_key(|c| c.1); // of a quaternion's four coordinates the first one of each speed
+        for (place, speed) in all {
             let unit = &sys.unknowns[speed].unit;
             let k = kinds.iter().position(|like| sys.unknowns[like.speeds[0]].unit == *unit).unwrap_or(kinds.len());
             if k == kinds.len() {

@@ -84,7 +84,7 @@ impl Radau {
 
     /// What rounding does to the unknowns over a step of h, by the real matrix.
     pub(super) fn round(&mut self, sys: &System, w: &mut Work, h: f64) {
-        self.noises.find(sys, self.scheme.gamma / h, &self.x0, &self.q0, |b| self.real.solve(b));
+        self.noises.find(sys, (w, self.scheme.gamma / h), [&self.x0, &self.q0], |b| self.real.solve(b));
         w.counters.solves += 2;
     }
 

@@ -81,7 +81,8 @@ impl Instance {
         let sys = &self.system;
         let of = |kind: Kind| (0..sys.n).filter(move |&i| sys.unknowns[i].kind == kind);
         let gaps: Vec<usize> = of(Kind::Mu).collect();
-        if gaps.is_empty() || self.places.held.is_empty() {
+        let rates: Vec<usize> = of(Kind::Lambda).filter(|&i| !sys.laws.has_row(i)).collect();
+        if gaps.is_empty() && rates.is_empty() || self.places.held.is_empty() {
             return Ok(x);
         }
         let mut w = sys.work();
@@ -103,8 +104,6 @@ impl Instance {
         let found = found.ok_or_else(|| "the closed loops of the machine do not reach there".to_string())?;
         places.iter().zip(found).for_each(|(&q, v)| x[q] = v);
 
-        let of_gaps: Vec<String> = gaps.iter().map(|&i| sys.unknowns[i].name.replacen("mu", "lambda", 1)).collect();
-        let rates: Vec<usize> = of(Kind::Lambda).filter(|&i| of_gaps.contains(&sys.unknowns[i].name)).collect();
         let speeds: Vec<usize> = speeds.into_iter().flatten().collect();
         let own: Vec<f64> = speeds.iter().map(|&u| x[u]).collect();
         speeds.iter().for_each(|&u| x[u] = 0.0);

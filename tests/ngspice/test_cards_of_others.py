@@ -1,0 +1,132 @@
+"""What decks of others write and ngspice, LTspice or PSpice take: it runs, with a warning where it is hardly meant."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import emsim
+
+
+def ran(text: str, **options: object) -> tuple[emsim.Result, list[str]]:
+    result = emsim.run(text, options=options)
+    return result, [d.code for d in result.diagnostics]
+
+
+@pytest.mark.parametrize("mj", [0.5, 0.999999, 1.0, 1.067])
+def test_grading_coefficients_of_fits_give_the_capacitance_of_their_formula(mj):
+    """C = cj ad (1 - v/pb)^-mj; with v = -pb that is 2^-mj of 1 pF."""
+    text = f"""t
+vd a 0 dc -0.8 ac 1
+m1 0 0 0 a mm w=10u l=2u ad=1e-9
+.model mm nmos(level=1 mj={mj} cj=1e-3 pb=.8)
+.ac lin 1 1k 1k
+.end
+"""
+    result, codes = ran(text)
+    assert -result["i(vd)"][0].imag / (2e3 * math.pi) == pytest.approx(1e-12 * 2**-mj, rel=1e-4)
+    assert codes.count("W288") == (mj >= 1.0)
+
+
+def test_the_capacitance_at_a_grading_of_one_goes_on_along_its_line():
+    """Above fc pb: C = cj/(1 - fc)^(1 + mj) (1 - fc (1 + mj) + mj v/pb)."""
+    text = """t
+vd a 0 dc 0.6 ac 1
+m1 0 0 0 a mm w=10u l=2u ad=1e-9
+.model mm nmos(level=1 mj=1 cj=1e-3 pb=.8 is=1e-30)
+.ac lin 1 1k 1k
+.end
+"""
+    want = 1e-12 / 0.25 * (1 - 0.5 * 2 + 0.6 / 0.8)
+    assert -ran(text)[0]["i(vd)"][0].imag / (2e3 * math.pi) == pytest.approx(want, rel=1e-4)
+
+
+@pytest.mark.parametrize("type_", ["nchan", "pchan"])
+def test_the_breakdown_of_a_power_transistor_has_no_sign(type_):
+    """Cards of p-channel transistors state bv=-30; ngspice 39 breaks down at 30 V of either."""
+    sign = -1 if type_ == "pchan" else 1
+    text = """t
+vd s d {v}
+r1 s a 1
+m1 a g d vm
+vg g 0 0
+vs d 0 0
+.model vm vdmos({type_} bv={bv} is=1e-12)
+.op
+.end
+"""
+    first, second = (ran(text.format(v=31 * sign, type_=type_, bv=bv)) for bv in (30, -30))
+    assert abs(first[0]["i(vd)"][0]) > 1e-3
+    assert second[0]["i(vd)"][0] == pytest.approx(first[0]["i(vd)"][0], rel=1e-9)
+    assert "W288" in second[1] and "W288" not in first[1]
+
+
+def test_a_sweep_with_a_step_of_the_wrong_sign_arrives():
+    result, codes = ran("t\nV1 a 0 1\nR1 a 0 1k\n.dc V1 0 5 -1\n.end\n")
+    assert list(result["v(a)"]) == [0, 1, 2, 3, 4, 5] and codes == ["W308"]
+
+
+def test_a_capacitor_by_model_alone_is_none():
+    result, codes = ran("t\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 x\n.model x C\n.tran 10u 1m\n.end\n")
+    assert max(abs(result["v(a)"] - result["v(b)"])) < 1e-12 and codes == ["W293"]
+
+
+def test_tables_are_as_long_as_they_are_written():
+    points = ",".join(f"{k / 1000},{k / 500}" for k in range(6000))
+    text = f"t\nV1 a 0 1.2345\nB1 o 0 V=pwl(v(a),{points})\nR1 o 0 1\n.op\n.end\n"
+    assert ran(text)[0]["v(o)"][0] == pytest.approx(2.469)
+
+
+def test_parameters_of_a_subcircuit_in_the_vector_of_a_code_model():
+    text = """t
+v1 in 0 1
+x1 in out amp k=3
+.subckt amp a b k=1
+a1 [a a] b s1
+.model s1 summer(in_gain=[{k} 1])
+.ends
+.op
+.end
+"""
+    assert ran(text)[0]["v(out)"][0] == pytest.approx(4.0)
+
+
+def test_nodes_of_pspice_schematics_are_no_comments():
+    text = """t
+.ac dec 5 10 1k
+R_R1         $N_0001 $N_0002  1k $ a comment
+C_C1         $N_0002 0  1u
+V_V1         $N_0001 0 DC 0 AC 1
+.end
+"""
+    result, _ = ran(text)
+    got, want = result["v($N_0002)"][0], 1 / (1 + 2j * math.pi * 10 * 1e-3)
+    assert got == pytest.approx(want, rel=1e-9)
+
+
+def test_paths_of_ltspice_have_blanks_and_its_libraries_may_be_missing():
+    text = """t
+V1 a 0 SINE(0 1 1k)
+R1 a 0 1k
+.lib C:\\Program Files (x86)\\LTC\\LTspiceIV\\lib\\cmp\\standard.bjt
+.lib C:\\Program Files\\LTC\\LTspiceIV\\lib\\cmp\\standard.dio
+.tran 5m
+.backanno
+.end
+"""
+    _, codes = ran(text, dialect="ltspice")
+    assert codes == ["W154", "W154"]
+
+
+def test_ratings_of_picked_parts_say_nothing():
+    text = """t
+V1 a 0 SINE(0 1 1k)
+R1 a b 1k tol=1 pwr=0.1
+C1 b 0 1u V=50 Irms=0 Rser=1m Lser=0
+L1 b 0 1m Ipk=5
+.tran 5m
+.end
+"""
+    _, codes = ran(text, dialect="ltspice")
+    assert codes == []
