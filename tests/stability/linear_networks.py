@@ -396,7 +396,7 @@ def lines_of(r: random.Random, size: float) -> Wave:
     while not made.times and r.random() < 0.8:
         made = wave(r, size)
     made.times = [round(t, 3) for t in made.times]
-    made.pulse = len(made.times) == 5 and made.values[2:4] == [size, size]
+    made.pulse = made.values == [0.0, 0.0, size, size, 0.0]
     return made
 
 

@@ -188,16 +188,13 @@ impl Rows {
         let n = self.g.len();
         let bound = (0..n).filter(|&r| self.constraint[r] && !self.g[r].is_empty());
         let mut lines: Vec<Line> = bound.map(|r| Line::new(r, &self.g[r])).collect();
-        let sums = if lines.is_empty() { Vec::new() } else { self.sums() };
+        let sums = self.sums();
         for (k, sum) in sums.iter().enumerate() {
             let mut line = Line::new(n + k, &BTreeMap::new());
             sum.iter().for_each(|&(r, z)| add(&mut line.x, z, self.g[r].iter().map(|(&k, &v)| (k, Term::new(v)))));
             lines.push(line);
         }
         let constraints = self.between_states(lines, &states);
-        if constraints.is_empty() {
-            return Vec::new();
-        }
         let mut basis = Basis::default();
         let bound: Vec<usize> = constraints.iter().flat_map(|line| line.x.keys().copied()).collect();
         for mut line in constraints {
@@ -235,16 +232,14 @@ impl Rows {
             }
         }
         // sums of rows that store are rows first
-        let summed: BTreeSet<usize> =
-            found.iter().flat_map(|r| &r.slopes).filter(|s| s.0 >= n).map(|s| s.0 - n).collect();
-        if summed.is_empty() {
-            return found;
+        if found.is_empty() || found.iter().flat_map(|r| &r.slopes).any(|s| s.0 >= n) {
+            let row = |sum: &Vec<(usize, f64)>| {
+                let ((row, _), others) = sum.split_last()?;
+                Some(Relation { row: *row, others: others.to_vec(), slopes: Vec::new() })
+            };
+            return sums.iter().filter_map(row).collect();
         }
-        let row = |k: usize| {
-            let ((row, _), others) = sums[k].split_last()?;
-            Some(Relation { row: *row, others: others.to_vec(), slopes: Vec::new() })
-        };
-        summed.into_iter().filter_map(row).collect()
+        found
     }
 
     /// Combinations of rows in which nothing is stored, as of the two ends of a capacitor: what they come to is a constraint. Each ends
