@@ -16,7 +16,6 @@ from ..elements.r import LEAST_RESISTANCE
 from ..expr import OUTSIDE, Name
 from ..opened import Opened
 from .base import Analysis, Axis, Computed, Run, channels, derived, recorded, wrong
-from .failure import explain
 from .op import is_static
 from .points import POINT, Points, evenly
 
@@ -175,6 +174,8 @@ class Dc(Analysis):
             points += block[: part.rows]
             near = part.state
             if part.status == "failed":
+                from .failure import explain
+
                 trouble = explain(made, self, part)
             count = self._count(parts_of)
             if part.status != "ok" or (progress and progress(len(points), count, 0.0, len(points), 0)):
