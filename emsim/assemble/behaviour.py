@@ -25,7 +25,7 @@ from ..elements.base import CURRENT_NAMES
 from ..expr import OUTSIDE, Binary, Call, Cond, Name, Num, Unary, unknown_function
 from ..functions import ALIASES, BRANCHES, IN_SOURCES, OF_TIME
 from ..functions import FUNCTIONS as OF_SOURCES
-from .quantities import MECHANICAL, device_value, element_current
+from .terminals import MECHANICAL, device_value, element_current
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
