@@ -554,6 +554,62 @@ class VerilogA:
 def veriloga(text: str, name: str = "", folders: list[str] = [], defines: dict[str, str] = {}) -> VerilogA:
     """Reads a Verilog-A text: `name` is what messages call it, includes are looked for in its folder and in `folders`."""
 
+def interpolated(x: bytes, y: bytes, at: bytes, corners: bytes) -> bytes:
+    """y at places within x[0] .. x[-1], x ascending: the limited cubic of interpolate.py. Columns here and below are bytes of
+    float64. ValueError for columns that are empty or of different lengths."""
+
+def segments(x: bytes, n: int) -> bytes:
+    """Chebyshev's n + 1 points between neighbours of an axis, segment by segment."""
+
+def smooth(x: bytes, y: bytes, n: int, corners: bytes, logarithmic: bool) -> bytes:
+    """y there, by the cubic; over the logarithm of a logarithmic axis. x goes up or down."""
+
+def chebyshev(what: str, n: int, at: list[float] = []) -> list[list[float]]:
+    """Matrices of Chebyshev's n + 1 points on 0 .. 1: "nodes", "areas" (one row), "slopes", "integrals", "resampling" to `at`.
+    ValueError for another word."""
+
+def table_text(
+    columns: list[bytes], complex: list[bool], widths: list[int], first: int, digits: int
+) -> str:
+    """Lines of a table, its rows numbered from `first`; a complex column holds pairs."""
+
+@final
+class Curve:
+    """A signal over an axis: polynomials, one a segment, through n + 1 values at Chebyshev's points (engine/src/curve.rs). Places
+    and values are in the units of the axis and the signal. ValueError for sizes that do not fit."""
+
+    def __init__(self, x: bytes, y: bytes, n: int) -> None: ...
+    @property
+    def x(self) -> bytes: ...
+    @property
+    def y(self) -> bytes: ...
+    @property
+    def n(self) -> int: ...
+    @property
+    def first(self) -> float: ...
+    @property
+    def last(self) -> float: ...
+    @property
+    def start(self) -> float:
+        """The first value."""
+    @property
+    def constant(self) -> float | None:
+        """The value of a curve that does not change, to a billionth."""
+    def value(self, t: float) -> float:
+        """At t; behind a jump there."""
+    def slope(self, t: float) -> float:
+        """dy/dx at t; between two segments that of the one behind it; nan at a point."""
+    def crossings(self, level: Curve, begin: float, end: float) -> list[tuple[float, int]]:
+        """(place, 1 rising or -1 falling) of each time at which it comes to `level` from one side, in the axis' direction."""
+    def touch(self, level: Curve, begin: float, end: float, direction: int) -> float | None:
+        """Where it comes to a constant level and turns: its maximum (1), its minimum (-1), either (0)."""
+    def cut(self, begin: float, end: float) -> Curve:
+        """The part within begin .. end, in ascending order."""
+    def integral(self, power: int = 1) -> float:
+        """Of y or y^2 over all of x."""
+    def extreme(self, sign: float) -> tuple[float, float]:
+        """(value, place) of the largest value (sign 1) or the smallest one (-1); of several that are equal the first."""
+
 def arrange_diagram(
     parts: list[list[tuple[int, list[tuple[int, int, int, int]], list[tuple[int, int, int, int]]]]],
     nets: list[list[tuple[int, int]]],

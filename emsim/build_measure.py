@@ -7,8 +7,6 @@ outside brackets and quotes.
 
 from __future__ import annotations
 
-import re
-
 from .build_expr import expression
 from .deck import Clause, Measure
 from .diagnostics import Diagnostic
@@ -36,23 +34,39 @@ FORMS = (
     ".meas tran name trig v(a) val=0.5 rise=1 targ v(b) val=0.5 fall=1, .meas tran name max v(a) from=0 to=1m, "
     ".meas tran name find v(a) when v(b)=1, .meas tran name param='a+b'"
 )
-_WORD = re.compile(r"[a-z_]+(?![\w.@#])", re.IGNORECASE)
+LETTERS = frozenset("abcdefghijklmnopqrstuvwxyz_")
 
 
 def measure(line: Line, start: int) -> Measure:
     """The card whose words begin at `start` of the line. Raises LineError."""
     text = _blanked(line.text[: code_end(line.text)])
-    head = re.compile(r"\s*(\S+)(?:\s+(\S+))?").match(text, start)
-    if head is None:
+    analysis, (name, at) = "", _between_blanks(text, start)
+    if not name:
         raise wrong(line.whole, ".meas needs a name and what it measures")
-    analysis, name, at = "", head[1], head.end(1)
-    named = head[2] is not None and (_begins(text, head.end(2)) or not _begins(text, head.end(1)))
-    if head[1].lower() in ANALYSES and named:
-        analysis, name, at = head[1].lower(), head[2], head.end(2)
-    if not re.fullmatch(r"[^\s=(){}'\",]+", name):
+    second, end = _between_blanks(text, at)
+    if name.lower() in ANALYSES and second and (_begins(text, end) or not _begins(text, at)):
+        analysis, name, at = name.lower(), second, end
+    if any(c in "=(){}'\"," for c in name):
         where = line.span_at(at - len(name), at)
         raise wrong(where, f"`{name}` stands where .meas has the name of the result")
     return Measure(analysis, name.lower(), clauses(line, text, at), line.whole)
+
+
+def _between_blanks(text: str, start: int) -> tuple[str, int]:
+    """The next piece without blanks, and where it ends; "" where there is none."""
+    rest = text[start:].split(None, 1)
+    if not rest:
+        return "", start
+    return rest[0], text.index(rest[0], start) + len(rest[0])
+
+
+def _word(text: str, start: int) -> str:
+    """The word of letters that begins here, where no name goes on behind it."""
+    end = start
+    while end < len(text) and text[end].lower() in LETTERS:
+        end += 1
+    behind = text[end : end + 1]
+    return "" if behind.isalnum() or behind in tuple("_.@#") else text[start:end]
 
 
 def clauses(line: Line, text: str, start: int) -> list[Clause]:
@@ -135,10 +149,10 @@ def _pieces(text: str, start: int) -> Iterator[tuple[str, int, int]]:
     for at in _outside(text, start):
         if at > start and text[at - 1] not in " \t,":
             continue
-        word = _WORD.match(text, at)
-        if word is None:
+        key = _word(text, at).lower()
+        if not key:
             continue
-        key, behind = word[0].lower(), word.end()
+        behind = at + len(key)
         rest = text[behind:].lstrip(" \t")
         equal = rest[:1] == "=" and rest[:2] != "=="
         if key in VALUES:

@@ -271,6 +271,14 @@ class Table:
         both = memoryview(self.waves.column(k)).cast("d")
         return both[::2], both[1::2]
 
+    def pairs(self, name: str | int) -> bytes:
+        """A complex column: real and imaginary part of each number, without numpy."""
+        if isinstance(name, int) or not self._pair(name):
+            return self.waves.column(name if isinstance(name, int) else self.index(name))
+        from array import array
+
+        return array("d", (part for both in zip(*self.parts(name), strict=True) for part in both)).tobytes()
+
     def flat(self) -> list[tuple[str, str, memoryview[float]]]:
         """(name, unit, numbers) of the columns, for what knows real numbers alone: a complex one is re(name) and im(name)."""
         found: list[tuple[str, str, memoryview[float]]] = []
@@ -333,7 +341,7 @@ class Table:
         ast = asked[0].ast if len(asked) == 1 else None
         if ast is None or isinstance(ast, Name):
             return None
-        from .signals import check
+        from .columns import check
 
         return ast if check(self, ast) else None
 
@@ -440,13 +448,21 @@ class Table:
 
     def samples(self, name: str | int, times: Sequence[float]) -> list[float]:
         """The same as a list."""
-        from .interpolate import cubic
+        from .interpolate import doubles
 
-        if times:
-            self._check_range(min(times), max(times))
-        x, y = self._held(0), self._held(name)
+        found: memoryview[float] = memoryview(self.samples_of(name, doubles(times))).cast("d")
+        return list(found)
+
+    def samples_of(self, name: str | int, times: bytes) -> bytes:
+        """The same as the engine has numbers: float64."""
+        from ._engine import interpolated
+
+        asked = memoryview(times).cast("d")
+        if asked:
+            self._check_range(min(asked), max(asked))
         corners = self.corners(name if isinstance(name, int) or self.has_column(name) else None)
-        return [cubic(x, y, t, corners) for t in times]
+        x, y = self._held(0).tobytes(), self._held(name).tobytes()
+        return interpolated(x, y, times, corners.tobytes()) if asked else b""
 
     def _held(self, name: str | int) -> memoryview[float]:
         """A column that is asked for place by place: the last few are kept, each is a copy of the engine's."""

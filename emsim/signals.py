@@ -3,7 +3,8 @@
     db(v(out)/v(in))     deg(angle(hinge))     v(a)*i(r1)
 
 A name is a column; all else is arithmetic on whole columns, of complex numbers where these are. The functions are those of
-functions.py. Where a value does not exist it is nan, where it has no bound inf: nothing is clipped.
+functions.py. Where a value does not exist it is nan, where it has no bound inf: nothing is clipped. What such expressions are,
+without numbers: columns.py.
 """
 
 from __future__ import annotations
@@ -12,31 +13,20 @@ import math
 
 import numpy as np
 
-from .assemble.outputs import UNITS, WORDS, unit_of, unit_of_two
+from .assemble.outputs import UNITS, unit_of_two
+from .columns import SAME_UNIT, UNIT_OF_WHOLE, in_words
 from .diagnostics import deck_error
-from .expr import MEASURED, Binary, Call, Cond, Name, Num, Unary, to_text
-from .functions import KNOWN, SAME
-from .units import product, quotient
+from .expr import Binary, Call, Cond, Name, Num, Unary, to_text
+from .functions import KNOWN
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from typing import Any, Protocol
+    from collections.abc import Callable
+    from typing import Any
 
+    from .columns import Columns
     from .diagnostics import Span
     from .expr import Node
-
-    class Columns(Protocol):
-        """What is asked of a table."""
-
-        def __len__(self) -> int: ...
-        def column(self, name: str) -> np.ndarray: ...
-        def column_unit(self, name: str) -> str: ...
-        def has_column(self, name: str) -> bool: ...
-        @property
-        def axis_unit(self) -> str: ...
-        def axis_values(self) -> np.ndarray: ...  # row numbers where there is no axis
-        def blocks(self) -> list[tuple[int, int]]: ...  # rows of each course
 
 
 def _power(a: Any, b: Any) -> Any:
@@ -87,17 +77,17 @@ def _mean(x: np.ndarray, y: np.ndarray) -> Any:
     return _integral(x, y)[-1] / (x[-1] - x[0]) if len(x) > 1 and x[-1] != x[0] else y[:1].mean()
 
 
-# functions of a whole course, which follow it along its axis x [its unit]: (function, how the unit follows)
-WHOLE: dict[str, tuple[Callable[[np.ndarray, np.ndarray], Any], Callable[[str, str], str]]] = {
-    **dict.fromkeys(("cph", "cphase"), (lambda x, y: np.unwrap(FUNCTIONS["ph"](y)), lambda unit, axis: "rad")),
-    "avg": (_mean, lambda unit, axis: unit), "mean": (_mean, lambda unit, axis: unit),
-    "rms": (lambda x, y: np.sqrt(_mean(x, np.abs(y) ** 2)), lambda unit, axis: unit),
-    "pp": (lambda x, y: np.ptp(y.real), lambda unit, axis: unit),
-    "maximum": (lambda x, y: y.real.max(), lambda unit, axis: unit),
-    "minimum": (lambda x, y: y.real.min(), lambda unit, axis: unit),
-    "integ": (_integral, product), "ddt": (_slope, quotient), "deriv": (_slope, quotient),
-}  # fmt: skip
-SAME_UNIT = tuple(name for name, f in KNOWN.items() if f.unit == SAME)
+# functions of a whole course, which follow it along its axis x
+WHOLE: dict[str, Callable[[np.ndarray, np.ndarray], Any]] = {
+    **dict.fromkeys(("cph", "cphase"), lambda x, y: np.unwrap(FUNCTIONS["ph"](y))),
+    **dict.fromkeys(("avg", "mean"), _mean),
+    "rms": lambda x, y: np.sqrt(_mean(x, np.abs(y) ** 2)),
+    "pp": lambda x, y: np.ptp(y.real),
+    "maximum": lambda x, y: y.real.max(),
+    "minimum": lambda x, y: y.real.min(),
+    "integ": _integral,
+    **dict.fromkeys(("ddt", "deriv"), _slope),
+}
 OPERATORS: dict[str, Callable[..., Any]] = {
     "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": _power,
     "<": lambda a, b: np.less(a, b) * 1.0, "<=": lambda a, b: np.less_equal(a, b) * 1.0,
@@ -129,7 +119,7 @@ def _value(table: Columns, node: Node, where: Span | None) -> tuple[Any, str]:
         if node.fn in WHOLE:
             _check_count(node, len(args), where)
             values, unit = args[0]
-            return _along(table, node.fn, values), WHOLE[node.fn][1](unit, table.axis_unit)
+            return _along(table, node.fn, values), UNIT_OF_WHOLE[node.fn](unit, table.axis_unit)
         unit = args[0][1] if node.fn in SAME_UNIT and args else UNITS.get(node.fn, "")
         return _apply(node, [a for a, _ in args], where), unit
     if isinstance(node, (Name, Call)):
@@ -148,30 +138,6 @@ def _value(table: Columns, node: Node, where: Span | None) -> tuple[Any, str]:
     assert isinstance(node, Cond)
     (a, unit), (b, _) = _value(table, node.a, where), _value(table, node.b, where)
     return np.where(np.not_equal(_value(table, node.c, where)[0], 0), a, b), unit
-
-
-def in_words(table: Columns, node: Node) -> Node | None:
-    """SPICE's vdb(a,b), vp(a), im(v1) ... in the words of this table: db(v(a,b)), ph(v(a)), mag(i(v1)). None for others."""
-    if not isinstance(node, Call) or node.fn[:1] not in ("v", "i") or table.has_column(to_text(node)):
-        return None
-    word = WORDS.get(node.fn[1:])
-    quantity = Call(node.fn[:1], node.args, node.at)
-    return Call(word, [quantity], node.at) if word and table.has_column(to_text(quantity)) else None
-
-
-def check(table: Columns, node: Node) -> bool:
-    """Is every name of an expression a column, and every function known?"""
-    if isinstance(node, Num) or (isinstance(node, Name) and node.id == "pi"):
-        return True
-    if isinstance(node, (Name, Call)) and table.has_column(to_text(node)):
-        return True
-    if in_words(table, node) is not None or (isinstance(node, Call) and node.fn == MEASURED):
-        return True
-    if isinstance(node, Call):
-        known = node.fn in KNOWN or node.fn in WHOLE
-        return known and all(check(table, a) for a in node.args)
-    parts = [getattr(node, key, None) for key in ("a", "b", "c")]
-    return not isinstance(node, Name) and all(check(table, part) for part in parts if part is not None)
 
 
 def _column(table: Columns, node: Node, where: Span | None) -> tuple[np.ndarray, str]:
@@ -193,7 +159,7 @@ def _along(table: Columns, fn: str, values: Any) -> np.ndarray:
         return found
     x = table.axis_values()
     with np.errstate(all="ignore"):
-        parts = [np.broadcast_to(WHOLE[fn][0](x[a:b], y[a:b]), (b - a,)) for a, b in table.blocks()]
+        parts = [np.broadcast_to(WHOLE[fn](x[a:b], y[a:b]), (b - a,)) for a, b in table.blocks()]
     return np.concatenate(parts) if parts else y
 
 
@@ -219,16 +185,3 @@ def _apply(node: Call, args: list[Any], where: Span | None) -> Any:
         if (found := FUNCTIONS.get(node.fn)) is not None:
             return found(*args)
         return np.asarray(np.frompyfunc(guarded, len(args), 1)(*args), dtype=float)
-
-
-def unit_of_values(node: Node, units: Mapping[str, str]) -> str:
-    """The unit of an expression of other measurements, whose units are known."""
-    if isinstance(node, Call) and node.fn == MEASURED:
-        return units.get(to_text(node.args[0]), "")
-    if isinstance(node, Binary):
-        return unit_of_two(node, unit_of_values(node.a, units), unit_of_values(node.b, units))
-    if isinstance(node, (Unary, Cond)):
-        return unit_of_values(node.a, units)
-    if isinstance(node, Call) and node.fn in SAME_UNIT and node.args:
-        return unit_of_values(node.args[0], units)
-    return unit_of(node)

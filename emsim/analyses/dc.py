@@ -2,7 +2,8 @@
 temperature (`temp`), for each value of a second one.
 
 Every point is sought from the one before, so that switches and circuits of several states keep theirs as long as it lasts.
-Sources change in the compiled equations; for a resistance or a temperature these are made anew.
+Sources and plain resistances change in the compiled equations, whose values from outside they are (opened.py). For the
+temperature, and for a resistance that a model or parameters scale, the equations are made anew.
 """
 
 from __future__ import annotations
@@ -11,15 +12,17 @@ import math
 from itertools import pairwise
 
 from ..assemble.outputs import Output
+from ..elements.r import LEAST_RESISTANCE
+from ..expr import OUTSIDE, Name
+from ..opened import Opened
 from .base import Analysis, Axis, Computed, Run, channels, derived, recorded, wrong
-from .failure import explain
 from .op import is_static
 from .points import POINT, Points, evenly
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from typing import Self
+    from typing import Any, Self
 
     from .._engine import Waveforms
     from ..assemble import Assembly, Context
@@ -52,6 +55,35 @@ class Sweep:
     def is_source(self, ctx: Context) -> bool:
         e = self.element(ctx)
         return e is not None and e.letter in "VvIi"
+
+    def is_open(self, ctx: Context) -> bool:
+        """Is it a resistor of a number and nothing else? An expression can stand in its place."""
+        e = self.element(ctx)
+        return e is not None and e.letter in "Rr" and _is_number(e) and not e.params and e.model is None
+
+    def at(self, ctx: Context, value: float) -> float:
+        """The value that the equations get."""
+        e: Any = self.element(ctx) if value == 0.0 and self.is_open(ctx) else None
+        if e is None:
+            return value
+        e.warn_of_zero(ctx)
+        return LEAST_RESISTANCE
+
+    def wave(self, ctx: Context) -> int | None:
+        """The engine's number of what changes; None of what is no element."""
+        e = self.element(ctx)
+        if e is None:
+            return None
+        return ctx.wave(e) if self.is_source(ctx) else ctx.input(OUTSIDE + e.name)
+
+
+def _is_number(e: Element) -> bool:
+    return isinstance(e.value, (int, float))
+
+
+def _is_outside(e: Element) -> bool:
+    """Does its value come from outside, as that of a resistor that is swept?"""
+    return isinstance(e.value, Name) and e.value.id == OUTSIDE + e.name
 
 
 class Dc(Analysis):
@@ -108,7 +140,7 @@ class Dc(Analysis):
                 names = [x.name for x in ctx.elements.values() if x.letter in "VvIiRr"]
                 said = f".dc sweeps `{s.name}`, which is no source and no resistor of this deck"
                 ctx.unknown("E309", said, s.name, names, self.card.span)
-            elif e is not None and e.letter in "Rr" and not isinstance(e.value, (int, float)):
+            elif e is not None and e.letter in "Rr" and not (_is_number(e) or _is_outside(e)):
                 said = f".dc sweeps `{s.name}`, whose resistance is no number"
                 ctx.sink.error("E309", said, self.card.span, "sweep a source that the expression reads")
             elif s.name == "temp" and ctx.flat.reads_temper:
@@ -130,9 +162,9 @@ class Dc(Analysis):
         points: list[list[float]] = []
         trouble, near = [], None
         hanging: tuple[int, int, float, float] | None = None
-        for made, sources, block in self._blocks(assembly, parts_of):
-            waves = [made.ctx.wave(e) for s in sources if (e := s.element(made.ctx)) is not None]
-            values = [[p[self.sweeps.index(s)] for s in sources] for p in block]
+        for made, inside, block in self._blocks(assembly, parts_of):
+            waves = [k for s in inside if (k := s.wave(made.ctx)) is not None]
+            values = self._values(made.ctx, inside, block)
             exprs = [*recorded(made, self)[2], *channels(made, self)]
             part = made.system.dc(exprs, made.options, self.static, waves, values, near)
             parts.append(part)
@@ -142,12 +174,14 @@ class Dc(Analysis):
             points += block[: part.rows]
             near = part.state
             if part.status == "failed":
+                from .failure import explain
+
                 trouble = explain(made, self, part)
             count = self._count(parts_of)
             if part.status != "ok" or (progress and progress(len(points), count, 0.0, len(points), 0)):
                 break
         steps = [f"sweep({s.name})" for s in outer]
-        columns = [array("d", (p[k] for p in points)) for k in range(len(self.sweeps))]
+        columns = [array("d", [p[k] for p in points]) for k in range(len(self.sweeps))]
         columns += [array("d", b"".join(part.column(1 + k) for part in parts)) for k in range(recording)]
         within: list[bytes] = []
         if parts_of > 1:
@@ -172,6 +206,14 @@ class Dc(Analysis):
             derived=derived(assembly, self), steps=steps, trouble=trouble, inside=([*between, *asked] if within else (), 0),
         )  # fmt: skip
 
+    def _values(self, ctx: Context, inside: list[Sweep], block: list[list[float]]) -> list[list[float]]:
+        """What the equations get at each point of a block, in the order of `inside`."""
+        zeros = any(s.is_open(ctx) for s in inside) and any(0.0 in p for p in block)
+        if inside == self.sweeps and not zeros:
+            return block
+        which = [(self.sweeps.index(s), s) for s in inside]
+        return [[s.at(ctx, p[k]) for k, s in which] for p in block]
+
     def rows(self) -> tuple[float, int, str]:
         return self._count(1), POINT, "a larger step: what lies between is found from the points beside it"
 
@@ -184,33 +226,43 @@ class Dc(Analysis):
         inner, *outer = (list(s.values) for s in self.sweeps)
         if parts > 1:
             inner = [a + (b - a) * j / parts for a, b in pairwise(inner) for j in range(parts)] + inner[-1:]
-        return [[a, *([b] if outer else [])] for b in (outer[0] if outer else [0.0]) for a in inner]
+        return [[a, b] for b in outer[0] for a in inner] if outer else [[a] for a in inner]
 
     def _blocks(
         self, assembly: Assembly, parts: int
     ) -> Iterator[tuple[Assembly, list[Sweep], list[list[float]]]]:
-        """Stretches of points that have the equations in common: these, the sources swept in them, the points."""
-        sources = [s for s in self.sweeps if s.is_source(assembly.ctx)]
-        others = [k for k, s in enumerate(self.sweeps) if s not in sources]
+        """Stretches of points that have the equations in common: these, what changes in them, the points."""
+        ctx = assembly.ctx
+        opened = [s for s in self.sweeps if s.is_open(ctx)]
+        inside = [s for s in self.sweeps if s in opened or s.is_source(ctx)]
+        others = [k for k, s in enumerate(self.sweeps) if s not in inside]
         points, first = self._points(parts), 0
-        for k in range(1, len(points) + 1):
+        for k in range(1, len(points) + 1) if others else (len(points),):
             here = [points[first][i] for i in others]
             if k < len(points) and [points[k][i] for i in others] == here:
                 continue
-            made = self._made(assembly, here, others) if others else assembly
-            yield made, sources, points[first:k]
+            values: list[tuple[Sweep, float | None]] = [
+                (self.sweeps[i], v) for i, v in zip(others, here, strict=True)
+            ]
+            values += [(s, None) for s in opened]
+            yield self._made(assembly, values) if values else assembly, inside, points[first:k]
             first = k
 
-    def _made(self, assembly: Assembly, values: list[float], which: list[int]) -> Assembly:
-        """The equations with these values of a resistance or the temperature."""
+    def _made(self, assembly: Assembly, values: list[tuple[Sweep, float | None]]) -> Assembly:
+        """The equations with these values of a resistance or the temperature; None: of one that comes from outside."""
         from ..assemble import assemble
 
         flat, before = assembly.flat, []
+        inputs = flat.inputs
         try:
-            for k, value in zip(which, values, strict=True):
-                e = self.sweeps[k].element(assembly.ctx)
+            for sweep, value in values:
+                e: Any = sweep.element(assembly.ctx)
                 before.append((e, flat.temp if e is None else e.value))
-                if e is None:
+                if value is None:
+                    name = OUTSIDE + e.name
+                    flat.inputs = Opened({**(flat.inputs or {}), name: e.value})
+                    e.value = Name(name, self.card.span)
+                elif e is None:
                     flat.temp = value
                 else:
                     e.value = value
@@ -219,6 +271,7 @@ class Dc(Analysis):
                 made.drawing()
             return made
         finally:
+            flat.inputs = inputs
             for e, value in before:
                 if e is None:
                     flat.temp = value

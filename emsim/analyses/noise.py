@@ -140,7 +140,8 @@ class Noise(OverFrequencies):
         )  # fmt: skip
         if len(self.frequencies) == 1:
             return spectra  # as in ngspice: of one frequency there is no integral
-        totals = [_integrals(list(self.frequencies), d, gain) for d in densities]
+        frequencies = list(self.frequencies)
+        totals = [_integrals(frequencies, d, gain) for d in densities]
         shown = range(len(names)) if self.every else [len(names) - 1]
         integrated: list[list[float]] = []
         columns_of: list[str] = []
@@ -187,20 +188,29 @@ def _sum(densities: list[Sequence[float]], members: Sequence[int], count: int) -
 
 
 def _integrals(f: Sequence[float], density: Sequence[float], gain: Sequence[float]) -> tuple[float, float]:
-    """The integrals of a density over frequency, at the output and at the source: between two points a power of frequency."""
-    sums = [0.0, 0.0]
-    for k in range(1, len(f)):
-        step = math.log(f[k] / f[k - 1])
-        for side in (0, 1):
-            before, here = (max(density[j], LEAST) / (gain[j] if side else 1.0) for j in (k - 1, k))
-            if max(density[k - 1], density[k]) <= LEAST:
-                continue
-            exponent = math.log(here / before) / step
+    """The integrals of a density over frequency, at the output and at the source."""
+    if max(density) <= LEAST:
+        return 0.0, 0.0
+    seen = [max(d, LEAST) for d in density]
+    return _integral(f, density, seen), _integral(
+        f, density, [d / g for d, g in zip(seen, gain, strict=True)]
+    )
+
+
+def _integral(f: Sequence[float], density: Sequence[float], values: Sequence[float]) -> float:
+    """Between two points a power of frequency; nothing where the density is none."""
+    total, log = 0.0, math.log
+    below, before, known = f[0], values[0], density[0]
+    for at, here, own in zip(f[1:], values[1:], density[1:], strict=True):
+        if known > LEAST or own > LEAST:
+            step = log(at / below)
+            exponent = log(here / before) / step
             if abs(exponent + 1.0) < FLAT:
-                sums[side] += here * f[k] * step
+                total += here * at * step
             else:
-                sums[side] += (here * f[k] - before * f[k - 1]) / (exponent + 1.0)
-    return sums[0], sums[1]
+                total += (here * at - before * below) / (exponent + 1.0)
+        below, before, known = at, here, own
+    return total
 
 
 def _sources(assembly: Assembly, linear: SmallSignal) -> Iterator[Source]:

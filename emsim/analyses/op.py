@@ -6,7 +6,6 @@ The machine is held at its initial coordinates and speeds; with `static` it come
 from __future__ import annotations
 
 from .base import Analysis, Run, channels, derived, recorded
-from .failure import explain
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -45,7 +44,11 @@ class Op(Analysis):
         exprs = [*exprs, *channels(assembly, self)]
         most = bounds(assembly) if state else []
         waves = assembly.system.op([*exprs, *state, *most], assembly.options, self.static)
-        trouble = explain(assembly, self, waves) if waves.status == "failed" else []
+        trouble = []
+        if waves.status == "failed":
+            from .failure import explain
+
+            trouble = explain(assembly, self, waves)
         if state and not trouble:
             at = 1 + len(exprs)
             values = [waves.value(0, at + k) for k in range(len(state) + len(most))]

@@ -7,7 +7,6 @@ warning is worth it from a hundredth on: of an amplitude, of a period, of a sign
 from __future__ import annotations
 
 from ..diagnostics import Diagnostic
-from .failure import locate
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -144,6 +143,12 @@ def _drives(e: Element, period: float) -> bool:
 
 def _roles(e: Element) -> list[str]:
     return [role for *_, role in e.paths()]
+
+
+def locate(assembly: Assembly, unknown: str) -> tuple[str, list[tuple[Span, str]]]:
+    from .failure import locate as found
+
+    return found(assembly, unknown)
 
 
 def oscillator(assembly: Assembly, mode: dict[str, Any]) -> tuple[str, Span | None]:

@@ -25,6 +25,7 @@ from ..elements.base import CURRENT_NAMES
 from ..expr import OUTSIDE, Binary, Call, Cond, Name, Num, Unary, unknown_function
 from ..functions import ALIASES, BRANCHES, IN_SOURCES, OF_TIME
 from ..functions import FUNCTIONS as OF_SOURCES
+from .terminals import MECHANICAL, device_value, element_current
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -40,11 +41,6 @@ TINY = 1e-32  # ngspice's fudge under a division
 SMOOTH = 1e-64  # under even roots, so that the derivative at 0 is finite
 
 CONSTANTS = {"pi": math.pi, "e": math.e, "hertz": 0.0, "yes": 1.0, "no": 0.0, "true": 1.0, "false": 0.0}
-MECHANICAL_WORDS = """
-    angle omega alpha pos vel acc x y z vx vy vz ax ay az fx fy fz mx my mz
-    force torque i v id iq p gap slip friction mode hits impulse energy ke pe power loss supplied
-"""
-MECHANICAL = frozenset(MECHANICAL_WORDS.split())
 
 
 class Compiler:
@@ -611,30 +607,3 @@ def _word(arg: Node) -> str | None:
     if isinstance(arg, Num) and arg.value == int(arg.value):
         return str(int(arg.value))
     return None
-
-
-def device_value(ctx: Context, device: str, parameter: str) -> Expr | None:
-    """@device[parameter]; of a coupling of the machine its current. None for what is not computed."""
-    element = ctx.elements.get(ctx.element_name(device))
-    if element is not None:
-        return element.probe(ctx, parameter)
-    return element_current(ctx, device) if parameter in CURRENT_NAMES else None
-
-
-def device_unit(ctx: Context, word: str) -> str:
-    """Unit of @device[parameter]."""
-    device, _, parameter = word[1:].rstrip("]").partition("[")
-    element = ctx.elements.get(ctx.element_name(device))
-    return "A" if element is None else element.probes(ctx).get(parameter, "A")
-
-
-def element_current(ctx: Context, name: str) -> Expr | None:
-    """Current into the first terminal of an element or coupling; None when there is no such thing."""
-    name = ctx.element_name(name)
-    index = ctx.branch(name)
-    if index is not None:
-        return ctx.b.x(index)
-    element = ctx.elements.get(name)
-    if element is None:
-        return None
-    return element.current(ctx)

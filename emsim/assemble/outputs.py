@@ -13,8 +13,8 @@ from ..expr import MEASURED, Binary, Call, Cond, Name, Node, Num, Unary, to_text
 from ..functions import IN_SOURCES, KNOWN, OF_COLUMNS, SAME
 from ..units import product, quotient
 from . import terminals
-from .behaviour import MECHANICAL
 from .circuit import all_currents, lists_word, probes_currents
+from .terminals import MECHANICAL
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -226,7 +226,7 @@ def _stated(ctx: Context, text: str, ast: Node) -> Output | None:
 def _is_there(ctx: Context, ast: Node) -> bool:
     """Does the deck have what a command of .control reads? Where it has not, the command tells."""
     if isinstance(ast, Name) and ast.id.startswith("@"):
-        from .behaviour import device_value
+        from .terminals import device_value
 
         device, _, parameter = ast.id[1:].rstrip("]").partition("[")
         return device_value(ctx, device, parameter) is not None
@@ -274,7 +274,7 @@ def everything(ctx: Context) -> list[Output]:
 def currents(ctx: Context) -> list[Output]:
     """Of every element the current into its first terminal: i(r1) for `.probe`, else @r1[i]. `.probe` has them at every
     terminal of transistors and of subcircuits too."""
-    from .behaviour import element_current
+    from .terminals import element_current
 
     probed = probes_currents(ctx)
     found = [Output(name, "A", expr) for name, expr in terminals.currents(ctx)] if probed else []
@@ -291,7 +291,7 @@ def currents(ctx: Context) -> list[Output]:
 def _saved(ctx: Context, text: str, ast: Node, span: Span) -> Output | None:
     """A column for one thing of .save; None for a device parameter that is not a current."""
     if isinstance(ast, Name) and ast.id.startswith("@"):
-        from .behaviour import device_value
+        from .terminals import device_value
 
         device, _, parameter = ast.id[1:].rstrip("]").partition("[")
         if device_value(ctx, device, parameter) is None:
@@ -323,7 +323,7 @@ def column(ctx: Context, text: str, ast: Node, span: Span) -> Output:
     ast = _in_words(ctx, ast)
     unit = unit_of(ast)
     if isinstance(ast, Name) and ast.id.startswith("@"):
-        from .behaviour import device_unit
+        from .terminals import device_unit
 
         unit = device_unit(ctx, ast.id)
     return Output(name, unit, None if _of_columns(ast) else ctx.compile(ast, ast.span or span), ast)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..measures.curve import Curve
+from .._engine import Curve
 from ..measures.fourier import HARMONICS, spectrum
 from ..measures.points import Points
 from . import words
@@ -237,9 +237,10 @@ def fourier(s: Session, text: str, at: Statement) -> None:
         # a column by the table's own rule between points, what is computed here on straight lines
         name = column_name(v, plot)
         if v.plot is plot and table.has_column(name):
-            curve = Curve(points.x, points.column(name).reshape(points.x.shape))
+            curve = Curve(points.x, points.real(name), points.n)
         else:
-            curve = Curve(np.stack([x[:-1], x[1:]], axis=1), np.stack([v.values[:-1], v.values[1:]], axis=1))
+            ends = [np.stack([of[:-1], of[1:]], axis=1).tobytes() for of in (x, v.values)]
+            curve = Curve(ends[0], ends[1], 1)
         _told(s, spectrum(v.name, v.unit, curve, base, float(x[-1]), float(x[0]), count))
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from ..build_expr import parts
 from .base import number_at
 from .files import FileTrouble, text_beside
+from .independent import FACTORS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     # ("at", is the time relative?, time, value), ("file", name, place), ("repeat", how often or None, items)
     Course = list[tuple[Any, ...]]
 
-FACTORS = ("time_scale_factor", "value_scale_factor")
 MOST = 5_000_000  # points
 COMMENTS = "*;#"
 FORM = "form: PWL repeat for 3 (t1 v1 t2 v2 ..) endrepeat; PWL file=data.txt, with a time and a value on each line"

@@ -13,7 +13,7 @@ from .modules import shipped
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
+    from typing import Any, ClassVar
 
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 class Diode(Element):
     __slots__ = ()
+    _table: ClassVar[list[tuple[list[str], str, float, str]]] = []  # `model_table`, once it is made
     letter = "d"
     what = "diode"
     form = "Dname anode cathode model [area] [off] [ic=], or Dname anode cathode [tj] model thermal"
@@ -64,6 +65,8 @@ class Diode(Element):
     @classmethod
     def model_table(cls, of: str = "") -> list[tuple[list[str], str, float, str]]:
         """Those of the law, then those that make another element of it (diodes.py), which have no default here."""
+        if cls._table:
+            return cls._table
         from .._engine import device_parameters
 
         own = device_parameters("d")
@@ -72,7 +75,8 @@ class Diode(Element):
         rows = module.rows() if module is not None else []
         others = [(names, unit, math.nan, said) for names, unit, _, said in rows if not known & set(names)]
         lines = [([key], p.unit, math.nan, p.meaning) for key, p in OF_LINES.items()]
-        return [*own, *others, *lines]
+        cls._table += [*own, *others, *lines]
+        return cls._table
 
     @classmethod
     def model_names(cls) -> frozenset[str]:

@@ -6,7 +6,6 @@ import math
 
 from ..build_expr import extent, parts
 from ..deck import Waveform
-from . import courses
 from .base import Element, Param, number_at
 
 TYPE_CHECKING = False
@@ -25,7 +24,8 @@ DISTORTION = {
     "distof1": Param("amplitude and phase [deg] at the first frequency of .disto", ""),
     "distof2": Param("amplitude and phase [deg] at its second frequency", ""),
 }
-WAVE_PARAMETERS = {"pwl": ("r", "td", *courses.FACTORS)}
+FACTORS = ("time_scale_factor", "value_scale_factor")
+WAVE_PARAMETERS = {"pwl": ("r", "td", *FACTORS)}
 
 
 class Independent(Element):
@@ -96,7 +96,10 @@ class Independent(Element):
         self.is_plain = cards.are_numbers(
             [*self.params.values(), self.extra["dc"], *(self.extra["ac"] or ())]
         ) and (self.wave is None or cards.are_numbers([*self.wave.args, *self.wave.params.values()]))
-        self.is_plain = self.is_plain and courses.is_plain(self.extra.get("course", []), cards.are_numbers)
+        if "course" in self.extra:
+            from .courses import is_plain
+
+            self.is_plain = self.is_plain and is_plain(self.extra["course"], cards.are_numbers)
 
     def bind(self, level: Level) -> None:
         extra = self.extra
@@ -104,7 +107,9 @@ class Independent(Element):
         if extra["ac"] is not None:
             extra["ac"] = tuple(number_at(v, level) for v in extra["ac"])
         if "course" in extra:
-            extra["course"] = courses.bound(extra["course"], level)
+            from .courses import bound
+
+            extra["course"] = bound(extra["course"], level)
 
     def check(self, ctx: Context) -> None:
         super().check(ctx)
@@ -112,7 +117,9 @@ class Independent(Element):
             return
         self.wave.seed = f"{ctx.flat.draws.seed} {self.name}"
         if (course := self.extra.pop("course", None)) is not None:
-            courses.fill(ctx, self.name, self.wave, course)
+            from .courses import fill
+
+            fill(ctx, self.name, self.wave, course)
 
     def quantity(self, ctx: Context) -> float | None:
         plain = self.extra.get("dc") if self.value is None else self.value
@@ -162,9 +169,12 @@ def waveform(cards: ElementCards, item: Any, line: Line, extra: dict[str, Any]) 
     kind = ch[0].lower().replace("sine", "sin")
     params: dict[str, Any] = {}
     args: list[Any] = []
-    if kind == "pwl" and courses.is_course(ch[1:]):
-        extra["course"], params = courses.read(cards, ch, line)
-        return Waveform(kind, [], params, line.span_at(*extent(item)))
+    if kind == "pwl":
+        from . import courses
+
+        if courses.is_course(ch[1:]):
+            extra["course"], params = courses.read(cards, ch, line)
+            return Waveform(kind, [], params, line.span_at(*extent(item)))
     what = f"a value of {kind.upper()}"
     children = iter(parts(ch[1:]))
     for child in children:

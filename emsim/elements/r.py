@@ -69,11 +69,11 @@ class Resistor(Passive):
         """R [ohm] of a constant resistor, one of the `m` that stand in parallel: with m=0 none does."""
         r = self.scaled(ctx)
         if r == 0.0:
-            self._zero(ctx)
+            self.warn_of_zero(ctx)
             r = LEAST_RESISTANCE
         return r
 
-    def _zero(self, ctx: Context) -> None:
+    def warn_of_zero(self, ctx: Context) -> None:
         ctx.sink.warning(
             "W281", f"`{self.name}` has 0 ohm, taken as 1 mOhm as in ngspice", self.value_span or self.span,
             hint="use a voltage source of 0 V for an ideal connection",
@@ -120,6 +120,6 @@ class Resistor(Passive):
             return self.between(ctx) * self._conductance(ctx)
         r = self.expression(ctx)
         if r.value == 0.0:
-            self._zero(ctx)
+            self.warn_of_zero(ctx)
             r = ctx.b.const(LEAST_RESISTANCE)
         return m * self.between(ctx) / r

@@ -58,16 +58,7 @@ def measure(
     may read those before it, and `given` from elsewhere. `fine`: a table with more points, at Chebyshev's of each step, and
     their number less one; or 0, where they lie anyhow. What finds nothing has the value nan and a diagnostic E430 in
     `trouble`."""
-    import numpy as np
-
-    with np.errstate(all="ignore"):  # of db(0) and its like a measurement says itself that it has no value
-        return _measure(cards, table, given, fine)
-
-
-def _measure(
-    cards: Sequence[Card], table: Table, given: Iterable[Measured], fine: tuple[Table, int] | None
-) -> list[Measured]:
-    from .. import signals
+    from .. import columns
     from ..diagnostics import Diagnostic
     from .points import Points
 
@@ -78,7 +69,7 @@ def _measure(
         known = {m.name: m for m in given}
         first = len(found)
         for card in _in_order(cards):
-            points = inside if all(signals.check(inside, node) for node in _nodes(card)) else coarse
+            points = inside if all(columns.check(inside, node) for node in _nodes(card)) else coarse
             try:
                 if rows[1] <= rows[0]:
                     raise NotFound("there are no results")
@@ -131,20 +122,22 @@ def harmonics(
     cards: Sequence[Card], table: Table, fine: tuple[Table, int] | None = None
 ) -> tuple[list[Spectrum], list[Diagnostic]]:
     """The harmonics that .four asks for, of every course, and what could not be found (E430). Each card has a clause a signal."""
-    from .. import signals
+    if not cards:
+        return [], []
+    from .. import columns
     from ..diagnostics import Diagnostic
     from .fourier import spectrum
     from .points import Points
 
     found: list[Spectrum] = []
     trouble: list[Diagnostic] = []
-    for step, rows in enumerate(table.blocks() if cards else ()):
+    for step, rows in enumerate(table.blocks()):
         coarse = Points(table, rows)
         inside = _inside(fine, step, coarse)
         for card in cards:
             for c in card.clauses:
                 assert c.body is not None
-                points = inside if signals.check(inside, c.body) else coarse
+                points = inside if columns.check(inside, c.body) else coarse
                 try:
                     frequency = points.number(c.values["freq"], "the frequency of .four", card.span)
                     if not frequency > 0:

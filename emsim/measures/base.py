@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import ClassVar
 
+    from .._engine import Curve
     from ..deck import Measure as Card
     from ..diagnostics import Sink, Span
-    from .curve import Curve
     from .points import Points
 
 

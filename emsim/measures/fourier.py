@@ -19,7 +19,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from .curve import Curve
+    from .._engine import Curve
 
 HARMONICS = 10  # the mean among them
 RULE = 32  # points of the integral over a piece
@@ -99,13 +99,14 @@ def spectrum(
     begin = max(last - period, first)
     part = curve.cut(begin, last)
     # pieces so short that the rule knows the fastest harmonic
-    widths = part.x[:, -1] - part.x[:, 0]
+    x, y_all = (np.frombuffer(values).reshape(-1, part.n + 1) for values in (part.x, part.y))
+    widths = x[:, -1] - x[:, 0]
     longest = PIECE * period / max(count - 1, 1) * RULE / 8
     sums = np.zeros(max(count, 2), dtype=complex)
     parts = np.maximum(1, np.ceil(widths / longest)).astype(int)
     for pieces in np.unique(parts):
         own = parts == pieces
-        x0, y, w = part.x[own, 0], part.y[own], widths[own] / pieces
+        x0, y, w = x[own, 0], y_all[own], widths[own] / pieces
         for j in range(pieces):
             at = (j + nodes(RULE)) / pieces
             values = y @ resampling(part.n, at).T

@@ -26,7 +26,7 @@ class Param(Kind):
 
     def find(self, points: Points, given: Mapping[str, Measured]) -> Measured:
         assert self.clause.body is not None
-        from ..signals import unit_of_values
+        from ..columns import unit_of_values
 
         units = {name: m.unit for name, m in given.items()}
         unit = unit_of_values(self.clause.body, units)

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
-import numpy as np
-
+from .._engine import Curve, segments, smooth
 from ..diagnostics import DeckError
-from ..expr import Num
-from ..signals import WHOLE, evaluate
+from ..expr import Binary, Call, Name, Num, Unary, to_text
 from .base import NotFound
-from .curve import DEGREE, Curve, integrals, nodes, slopes
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    import numpy as np
+
     from ..diagnostics import Span
     from ..expr import Node
     from ..result import Table
+
+DEGREE = 4  # between two points of a table
 
 
 class Points:
@@ -31,26 +30,37 @@ class Points:
         self.fine, self.start = bool(fine), start
         self.axis_name = table.axis.name if table.axis else ""
         self.axis_unit = table.axis.unit if table.axis else ""
-        self._columns: dict[str, np.ndarray] = {}
+        self._axis: bytes | None = None
         self.real_parts: list[Node] = []  # of complex expressions, taken as ngspice does
 
-    @cached_property
-    def x(self) -> np.ndarray:
-        """The axis, (segments, n+1)."""
-        if not self.axis_name:
-            return np.zeros((1, self.n + 1))
-        x = self.table.column(self.table.names[0])[self.begin : self.end].astype(float)
-        if self.fine:
-            return x.reshape(-1, self.n + 1)
-        if len(x) < 2:
-            return np.repeat(x[:1, None], self.n + 1, axis=1)
-        a, b = x[:-1, None], x[1:, None]
-        found = a + (b - a) * nodes(self.n)
-        found[:, -1] = x[1:]  # to the bit
-        return found
+    @property
+    def x(self) -> bytes:
+        """The axis, n+1 float64 a segment."""
+        if self._axis is None:
+            own = self._own(0) if self.axis_name else bytes(8)
+            self._axis = own if self.fine and self.axis_name else segments(own, self.n)
+        return self._axis
 
     def __len__(self) -> int:
-        return int(self.x.size)
+        return len(self.x) // 8
+
+    def _own(self, name: str | int) -> bytes:
+        """A real column of the table, of this course."""
+        return self.table.doubles(name)[self.begin : self.end].tobytes()
+
+    def real(self, name: str) -> bytes:
+        """A real column on the axis."""
+        table = self.table
+        if self.axis_name and name in (self.axis_name, table.names[0]):
+            return self.x
+        own = self._own(name)
+        if self.fine and self.axis_name:
+            return own
+        if not self.axis_name or len(own) <= 8:
+            return own[:8] * (self.n + 1)
+        logarithmic = table.axis is not None and table.axis.log
+        corners = table.corners(name).tobytes() if table.smooth else b""
+        return smooth(self._own(0), own, self.n, corners, logarithmic)
 
     # ---- what signals.py asks of a table ----
 
@@ -61,33 +71,41 @@ class Points:
         return self.table.column_unit(name)
 
     def column(self, name: str) -> np.ndarray:
-        if name not in self._columns:
-            self._columns[name] = self._between(name)
-        return self._columns[name]
+        import numpy as np
 
-    def _between(self, name: str) -> np.ndarray:
         table = self.table
+        if not table.is_complex(name):
+            return np.frombuffer(self.real(name))
         y = table.column(name)[self.begin : self.end]
-        if not self.axis_name:
-            return np.repeat(y[:1], self.n + 1)
-        if self.fine:
+        if self.fine and self.axis_name:
             return y
-        if name in (self.axis_name, table.names[0]):
-            return self.x.ravel()
-        if len(y) < 2:
+        if not self.axis_name or len(y) < 2:
             return np.repeat(y[:1], self.n + 1)
-        return _smooth(table, name, self.x, table.column(table.names[0])[self.begin : self.end], y)
+        logarithmic = table.axis is not None and table.axis.log
+        x = self._own(0)
+        re, im = (
+            np.frombuffer(smooth(x, part.tobytes(), self.n, b"", logarithmic)) for part in (y.real, y.imag)
+        )
+        found: np.ndarray = re + 1j * im
+        return found
 
     def axis_values(self) -> np.ndarray:
-        flat: np.ndarray = self.x.ravel()
-        return flat
+        import numpy as np
+
+        return np.frombuffer(self.x)
 
     def blocks(self) -> list[tuple[int, int]]:
         return [(0, len(self))]
 
     def along(self, fn: str, values: np.ndarray) -> np.ndarray:
         """A function of the whole course (signals.WHOLE), by the polynomials of the segments."""
-        y, width = values.reshape(self.x.shape), (self.x[:, -1] - self.x[:, 0])[:, None]
+        import numpy as np
+
+        from ..signals import WHOLE
+        from .curve import integrals, slopes
+
+        x = self.axis_values().reshape(-1, self.n + 1)
+        y, width = values.reshape(x.shape), (x[:, -1] - x[:, 0])[:, None]
         sums = (y @ integrals(self.n).T) * width
         if fn in ("ddt", "deriv"):
             with np.errstate(all="ignore"):
@@ -98,9 +116,9 @@ class Points:
             if fn == "rms":
                 sums = (np.abs(y) ** 2 @ integrals(self.n).T) * width
             mean = sums[:, -1].sum() / width.sum() if width.sum() else y.ravel()[0]
-            found = np.full(self.x.shape, np.sqrt(abs(mean)) if fn == "rms" else mean)
+            found = np.full(x.shape, np.sqrt(abs(mean)) if fn == "rms" else mean)
         else:
-            found = np.broadcast_to(WHOLE[fn][0](self.axis_values(), values), (len(self),))
+            found = np.broadcast_to(WHOLE[fn](self.axis_values(), values), (len(self),))
         flat: np.ndarray = found.ravel()
         return flat
 
@@ -111,12 +129,13 @@ class Points:
         """Where the results begin: a step may begin before."""
         if self.start is not None or not self.axis_name:
             return self.start or 0.0
-        x = self.table.column(self.table.names[0])
-        return float(min(x[self.begin], x[self.end - 1]))
+        x = self.table.doubles(0)
+        return min(x[self.begin], x[self.end - 1])
 
     @property
     def last(self) -> float:
-        return float(max(self.x[0, 0], self.x[-1, -1]))
+        x = memoryview(self.x).cast("d")
+        return max(x[0], x[-1])
 
     def place(self, value: float) -> str:
         return f"{self.axis_name} = {value:g} {self.axis_unit}".strip() if self.axis_name else "the point"
@@ -130,43 +149,51 @@ class Points:
 
     def curve(self, node: Node, where: Span) -> tuple[Curve, str]:
         """An expression over the axis, and its unit. Of complex values the real part, as in ngspice; `real_parts` notes it."""
+        from array import array
+
         if isinstance(node, Num):
-            return Curve(self.x, np.full(self.x.shape, node.value)), ""
+            return Curve(self.x, array("d", [node.value]).tobytes() * len(self), self.n), ""
+        text = to_text(node) if isinstance(node, (Name, Call)) else ""
+        if text and self.table.has_column(text) and not self.table.is_complex(text):
+            return Curve(self.x, self.real(text), self.n), self.column_unit(text)
+        import numpy as np
+
+        from ..signals import evaluate
+
         try:
-            values, unit = evaluate(self, node, where)
+            with np.errstate(
+                all="ignore"
+            ):  # of db(0) and its like a measurement says itself that it has no value
+                values, unit = evaluate(self, node, where)
         except DeckError as error:
             found = error.diagnostics[0]
             raise NotFound(found.message, found.hint, found.span) from None
         if np.iscomplexobj(values):
             self.real_parts.append(node)
             values = values.real
-        return Curve(self.x, np.ascontiguousarray(values).reshape(self.x.shape)), unit
+        return Curve(self.x, values.tobytes(), self.n), unit
 
     def number(self, node: Node, what: str, where: Span) -> float:
         """The value of an expression that does not change along the axis."""
-        if isinstance(node, Num):
-            return node.value
+        if (known := arithmetic(node)) is not None:
+            return known
         curve, _ = self.curve(node, where)
-        if np.ptp(curve.y) > 1e-9 * np.abs(curve.y).max():
+        value = curve.constant
+        if value is None:
             raise NotFound(f"{what} is one number, `{node!r}` changes along the results", None, node.span)
-        return float(curve.y[0, 0])
+        return value
 
 
-def _smooth(table: Table, name: str, at: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Values at places between points, by the cubic of interpolate.py; over a logarithmic axis in its logarithm."""
-    from ..interpolate import cubic_many
-
-    corners = table.corners(name) if table.smooth else ()
-    if table.axis is not None and table.axis.log and x[0] > 0:
-        x, at = np.log(x), np.log(at)
-    if x[-1] < x[0]:
-        x, at = -x, -at
-    query = np.clip(at, x[0], x[-1])
-    if np.iscomplexobj(y):
-        found = cubic_many(x, y.real, query) + 1j * cubic_many(x, y.imag, query)
-    else:
-        found = cubic_many(x, y, query, corners)
-    # ends as they are: a jump has two points at one place
-    found[:, 0], found[:, -1] = y[:-1], y[1:]
-    flat: np.ndarray = found.ravel()
-    return flat
+def arithmetic(node: Node) -> float | None:
+    """The value of + - * / of numbers; None of all else, and where there is none."""
+    if isinstance(node, Num):
+        return node.value
+    if isinstance(node, Unary) and node.op in "+-":
+        a = arithmetic(node.a)
+        return None if a is None else -a if node.op == "-" else a
+    if not isinstance(node, Binary) or node.op not in ("+", "-", "*", "/"):
+        return None
+    a, b = arithmetic(node.a), arithmetic(node.b)
+    if a is None or b is None or (node.op == "/" and b == 0.0):
+        return None
+    return a + b if node.op == "+" else a - b if node.op == "-" else a * b if node.op == "*" else a / b

@@ -15,8 +15,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from .._engine import Curve
     from ..diagnostics import Sink
-    from .curve import Curve
     from .points import Points
 
 
@@ -62,7 +62,7 @@ class Average(Statistic):
     meaning = "the mean value: integral over length"
 
     def of(self, points: Points, part: Curve, unit: str, begin: float, end: float) -> Measured:
-        mean = part.integral() / (end - begin) if end > begin else float(part.y[0, 0])
+        mean = part.integral() / (end - begin) if end > begin else part.start
         return self.over(points, mean, unit, begin, end)
 
 
@@ -72,7 +72,7 @@ class Rms(Statistic):
     meaning = "the root of the mean square"
 
     def of(self, points: Points, part: Curve, unit: str, begin: float, end: float) -> Measured:
-        square = part.integral(2) / (end - begin) if end > begin else float(part.y[0, 0]) ** 2
+        square = part.integral(2) / (end - begin) if end > begin else part.start**2
         return self.over(points, sqrt(max(square, 0.0)), unit, begin, end)
 
 

@@ -6,7 +6,9 @@ a grid every point is shown. An operating point is a list `name = value`. There 
 
 from __future__ import annotations
 
+from .._engine import table_text
 from ..diagnostics import inert
+from ..interpolate import doubles
 from .beside import replacing
 
 TYPE_CHECKING = False
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from ..result import Result, Table
 
 RULE = "-" * 80
+ROWS = 10_000  # that are made text of at a time
 
 
 def write(path: str, result: Result) -> None:
@@ -83,7 +86,7 @@ def table_lines(
                 value = f"{re:.{digits}e},{im:.{digits}e}" if _is_complex(table, name) else f"{re:.{digits}e}"
                 yield f"{name} = {value} {table.unit(name)}".rstrip()
         return
-    first, x, columns = _on_grid(table, names, last)
+    first, columns = _on_grid(table, names, last)
     widths = [digits + 10, *((digits + 10) * (1 + _is_complex(table, name)) for name in names)]
     yield table.title.center(80).rstrip()
     yield table.plotname.center(80).rstrip()
@@ -93,9 +96,12 @@ def table_lines(
     yield RULE
     if first:
         yield f"... {first} rows before these"
-    for k, point in enumerate(zip(x, *columns, strict=True), first):
-        cells = zip(point, widths, strict=True)
-        yield f"{k:<8}" + "".join(f"{_number(value, digits):<{width}}" for value, width in cells).rstrip()
+    complex = [False, *(_is_complex(table, name) for name in names)]
+    sizes = [16 if z else 8 for z in complex]
+    for begin in range(0, len(columns[0]), 8 * ROWS):
+        rows = slice(begin // 8, begin // 8 + ROWS)
+        parts = [c[size * rows.start : size * rows.stop] for c, size in zip(columns, sizes, strict=True)]
+        yield from table_text(parts, complex, widths, first + rows.start, digits).splitlines()
     yield ""
 
 
@@ -103,30 +109,23 @@ def _is_complex(table: Table, name: str) -> bool:
     return table.has_column(name) and table.is_complex(name)
 
 
-def _number(value: complex | float, digits: int) -> str:
-    """A number; a complex one as ngspice writes it, real and imaginary part with a comma between."""
-    if isinstance(value, complex):
-        return f"{value.real:.{digits}e}, {value.imag:.{digits}e}"
-    return f"{value:.{digits}e}"
+def _on_grid(table: Table, names: Sequence[str], last: int | None) -> tuple[int, list[bytes]]:
+    """Index of the first row, and the columns: the axis, then those of the names; complex ones hold pairs."""
 
-
-def _on_grid(
-    table: Table, names: Sequence[str], last: int | None
-) -> tuple[int, Sequence[float], list[Sequence[complex | float]]]:
-    """Index of the first row, the axis and the columns."""
-
-    def column(name: str) -> Sequence[complex | float]:
+    def column(name: str) -> bytes:
         if _is_complex(table, name):
-            return [complex(re, im) for re, im in zip(*table.parts(name), strict=True)]
-        return table.doubles(name)
+            return table.pairs(name)
+        return table.doubles(name).tobytes()
 
     times = print_grid(table)
     if times is None:
-        x = table.doubles(0)
-        first = max(len(x) - last, 0) if last is not None else 0
-        return first, x[first:], [column(name)[first:] for name in names]
+        count = len(table)
+        first = max(count - last, 0) if last is not None else 0
+        columns = [table.doubles(0).tobytes(), *map(column, names)]
+        return first, [c[first * (len(c) // count) :] for c in columns]
     first = max(len(times) - last, 0) if last is not None else 0
-    return first, times[first:], [table.samples(name, times[first:]) for name in names]
+    at = times[first:]
+    return first, [doubles(at), *(table.samples_of(name, doubles(at)) for name in names)]
 
 
 def print_grid(table: Table) -> list[float] | None:

@@ -31,8 +31,16 @@ C2 b 0 47n
 L1 b c 10m
 R3 c 0 1k
 .tran 20u 4m
-.end
+{}.end
 """
+# the same deck with cards that ask for more than a raw file
+DECKS = {
+    "deck.cir": DECK.format(""),
+    "print.cir": DECK.format(".print tran v(a) v(c)\n"),
+    "meas.cir": DECK.format(
+        ".meas tran top max v(c)\n.meas tran late trig v(in) val=0.5 rise=1 targ v(a) val=0.5 rise=1\n"
+    ),
+}
 SCRIPT = "import sys; from emsim.cli import main; sys.exit(main())"
 
 
@@ -47,6 +55,8 @@ def commands() -> dict[str, list[str]]:
     found = {
         "python -c pass": [python, "-c", "pass"],
         "console script": [python, "-c", SCRIPT, "deck.cir"],
+        "  with .print": [python, "-c", SCRIPT, "print.cir"],
+        "  with .meas": [python, "-c", SCRIPT, "meas.cir"],
         "  with import re": [python, "-c", "import re; " + SCRIPT, "deck.cir"],
         "python -m emsim": [python, "-m", "emsim", "deck.cir"],
         "python -c 'import lark'": [python, "-c", "import lark"],
@@ -61,7 +71,8 @@ def measure(runs: int) -> dict[str, tuple[float, float]]:
     wall: dict[str, list[float]] = {}
     cpu: dict[str, list[float]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "deck.cir").write_text(DECK)
+        for name, text in DECKS.items():
+            Path(folder, name).write_text(text)
         for turn in range(runs + 1):
             for name, command in commands().items():
                 before, start = os.times(), time.perf_counter()
@@ -80,7 +91,7 @@ def modules(runs: int = 10) -> dict[str, int]:
     """Microseconds of each module of emsim that the run imports, and of what it imports besides."""
     least: dict[str, int] = {}
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "deck.cir").write_text(DECK)
+        Path(folder, "deck.cir").write_text(DECKS["deck.cir"])
         command = [sys.executable, "-X", "importtime", "-c", SCRIPT, "deck.cir"]
         for _ in range(runs):
             done = subprocess.run(

@@ -4,12 +4,65 @@ from __future__ import annotations
 
 import pickle
 from array import array
+from bisect import bisect_left, bisect_right
 
 import numpy as np
 import pytest
 
 import emsim
-from emsim.interpolate import cubic, cubic_many
+from emsim.interpolate import cubic_many
+
+# the rule written out, which the engine's own (engine/src/interpolate.rs) is held to
+JUMP = 1e-6
+
+
+def cubic(x, y, t, corners=()) -> float:
+    """Value at t, x[0] <= t <= x[-1]; x ascending, repeated where y jumps; corners ascending."""
+    last = len(x) - 1
+    k = min(bisect_right(x, t) - 1, last - 1)
+    if k < 0 or t == x[k + 1]:
+        return y[k + 1]
+    width = x[k + 1] - x[k]
+    secant = (y[k + 1] - y[k]) / width
+    chord = y[k] + secant * (t - x[k])
+    a, b = _bend(x, y, k, corners), _bend(x, y, k + 1, corners)
+    few = a is None and b is None
+    if few:  # what the other sides of two corners tell is better than nothing
+        a, b = _bend(x, y, k), _bend(x, y, k + 1)
+        if a is None or b is None:
+            return chord
+    if a is None and b is not None:
+        far = _bend(x, y, k + 2, corners)
+        few, near, other = far is None, b, b if far is None else far
+        c = near + (other - near) * (t - x[k + 2]) / (x[min(k + 3, last)] - x[k])
+    elif b is None and a is not None:
+        far = _bend(x, y, k - 1, corners)
+        few, near, other = far is None, a, a if far is None else far
+        c = near + (near - other) * (t - x[k - 1]) / (x[k + 1] - x[max(k - 2, 0)])
+    elif a is not None and b is not None:
+        near, other = a, b
+        c = near + (other - near) * (t - x[k - 1]) / (x[k + 2] - x[k - 1])
+    if near * other <= 0:
+        return chord
+    limit = 3 * min(abs(near), abs(other))
+    if few:
+        limit = min(limit, abs(secant) / width)
+    return chord + max(-limit, min(limit, c)) * (t - x[k]) * (t - x[k + 1])
+
+
+def _bend(x, y, k, corners=()) -> float | None:
+    """The second divided difference about point k; None where there is none."""
+    if not 0 < k < len(x) - 1:
+        return None
+    left, right = x[k] - x[k - 1], x[k + 1] - x[k]
+    if left <= JUMP * right or right <= JUMP * left or (corners and _among(corners, x[k])):
+        return None
+    return ((y[k + 1] - y[k]) / right - (y[k] - y[k - 1]) / left) / (x[k + 1] - x[k - 1])
+
+
+def _among(corners, t) -> bool:
+    k = bisect_left(corners, t)
+    return k < len(corners) and corners[k] == t
 
 
 def both(x, y, query, corners=()):

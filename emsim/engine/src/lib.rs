@@ -8,6 +8,7 @@
 pub mod assembly; // constraints: position and velocity projection, rank
 pub mod bounds; // between which values an expression of time lies
 pub mod conditions; // what flags ask for at their thresholds
+pub mod curve; // a signal between its points, as measurements ask for it
 pub mod derive; // reverse and forward differentiation, substitution
 pub mod devices; // semiconductor kernels, one file each
 pub mod edges; // switching times that sources alone decide
@@ -17,6 +18,7 @@ pub mod fmi; // FMUs: the functions of FMI 2 and 3
 pub mod graph; // hash-consed expression nodes with folding
 pub mod hidden; // constraints between states, differentiated before a run
 pub mod integrate; // the methods and the driver
+pub mod interpolate; // values between recorded points
 pub mod interrupt; // Ctrl-C: the token that all that takes long looks at
 pub mod invariants; // what must hold at every recorded row
 pub mod islands; // sums of the rows of nodes that only capacitors tie together

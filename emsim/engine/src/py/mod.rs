@@ -1,5 +1,5 @@
 //! The Python face: thin, one file for the expressions, one for the builder, one for the compiled
-//! system, one for syntax trees, one for Verilog-A, one for circuit diagrams.
+//! system, one for syntax trees, one for Verilog-A, one for circuit diagrams, one for the numbers of tables.
 mod builder;
 mod expr;
 mod instance;
@@ -7,6 +7,7 @@ mod schematic;
 mod smallsignal;
 mod syntax;
 mod system;
+mod table;
 mod veriloga;
 
 use crate::interrupt;
@@ -49,6 +50,12 @@ fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<instance::Instance>()?;
     m.add_class::<instance::State>()?;
     m.add_class::<veriloga::VerilogA>()?;
+    m.add_class::<table::Curve>()?;
+    m.add_function(wrap_pyfunction!(table::interpolated, m)?)?;
+    m.add_function(wrap_pyfunction!(table::segments, m)?)?;
+    m.add_function(wrap_pyfunction!(table::smooth, m)?)?;
+    m.add_function(wrap_pyfunction!(table::chebyshev, m)?)?;
+    m.add_function(wrap_pyfunction!(table::table_text, m)?)?;
     m.add_function(wrap_pyfunction!(veriloga::veriloga, m)?)?;
     m.add_function(wrap_pyfunction!(schematic::arrange_diagram, m)?)?;
     m.add_function(wrap_pyfunction!(device_parameters, m)?)?;
