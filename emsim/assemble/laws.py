@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 
 SLOW = 1e-12  # [m/s] of a direction at rest
+LEAVES = -1e30  # [N] in place of its effort, where a corner has passed the end of its edge
 NOTHING = 1e-200  # [square of what it is added to] keeps the slope of a length at 0
 
 
@@ -60,9 +61,14 @@ def allocate(m: Mechanism, card: Card) -> None:
                 moves = b.select(law.where, moves, 1.0)
             slides = b.flag(free, moves, f"{name} slides", law="mode")
             law.flags = [slides, share, mode]
+            edge = None
         else:
             gap = flow if law.gap is None else m.public(law.gap)
-            closed = b.flag(-gap, law.effort, f"{name} {k} closed", law="mode")
+            stays, edge = law.effort, None
+            if law.edge is not None:
+                stays = b.select(b.call("notless", 0.0, m.public(law.edge.past)), stays, LEAVES)
+                edge = law.edge.held, m.public(law.edge.which)
+            closed = b.flag(-gap, stays, f"{name} {k} closed", law="mode")
             words = ("hits", "impulse", "lost")
             law.flags = [
                 closed,
@@ -71,7 +77,20 @@ def allocate(m: Mechanism, card: Card) -> None:
             bound = stick = b.const(0.0)
         shown = b.const(0.0) if law.gap is None else m.public(law.gap)
         across = None if law is law.across[0] else law.across[0].row
-        b.law(law.form, law.row, flow, bound, stick, shown, law.e, law.flags, _bounded_by(law), way, across)
+        b.law(
+            law.form,
+            law.row,
+            flow,
+            bound,
+            stick,
+            shown,
+            law.e,
+            law.flags,
+            _bounded_by(law),
+            way,
+            across,
+            edge,
+        )
         m.laws.append((card, law))
 
 

@@ -294,7 +294,8 @@ class Machine(Mechanism):
 
     def _couple(self) -> None:
         """Terminals of the couplings become nodes, joints, points; branches are allocated."""
-        self.active = [*self.bodies.values(), *(j.card for key, j in self.joints.items() if key[:1] != FREE)]
+        self.active = [*self.bodies.values(), *self.shapes.values()]
+        self.active += [*(j.card for key, j in self.joints.items() if key[:1] != FREE)]
         count = len(self.active)
         for body in self.bodies.values():
             self._check_inertia(body)
@@ -311,7 +312,7 @@ class Machine(Mechanism):
                     on_joint = ref.name in self.joints
                     target.joint = self.joints[ref.name] if on_joint else None
                     target.body = None if on_joint else self.frames[ref.name]
-                else:
+                elif kind == "joint":
                     setattr(target, label, self.joints[ref.name])
             self.active.append(card)
         for card in self.active[count:]:
