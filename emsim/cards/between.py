@@ -73,9 +73,10 @@ class Between(Touching, Card):
             s.sink.error("E240", said, self.place("k"), "leave k= out: rigid parts, e= gives back a share")
             return False
         for shape in (a, b):
-            if (shape.kind == "rod" and len(shape.sizes) < 2) or 0.0 in shape.sizes[:2]:
-                said = f"{what}: rod({shape.sizes[0]:g}) has no thickness that corners and discs could lie on"
-                s.sink.error("E240", said, self.span, f"give it one: rod({shape.sizes[0]:g},w)")
+            if shape.kind in ("rod", "box") and not all([*shape.sizes, 0.0][:2]):
+                named = f"{shape.kind}({shape.sizes[0]:g}"
+                said = f"{what}: {named}) has no thickness that corners and discs could lie on"
+                s.sink.error("E240", said, self.span, f"give it one: {named},w)")
                 return False
         return True
 

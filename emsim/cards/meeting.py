@@ -173,9 +173,9 @@ def _disc_on(s: Scene, a: Part, b: Part) -> Meeting:
         bounds.append((-before[0], -before[1], -before[0] * x - before[1] * y, *after, begins[j]))
     w = [_chosen(s, number, values) for values in zip(*bounds, strict=True)]
     past, _ = _largest(s, [w[0] * u + w[1] * v - w[2], w[3] * u + w[4] * v - w[5]], [s.b.const(0.0)] * 2)
-    past = past - tiny
+    past -= tiny
     none = [0.0] * count
-    nx, ny, d, x, y = (
+    nx, ny, d, to_x, to_y = (
         _chosen(s, number, values)
         for values in (
             *([*n, *none] for n in zip(*view.normals, strict=True)),
@@ -184,10 +184,10 @@ def _disc_on(s: Scene, a: Part, b: Part) -> Meeting:
         )
     )
     at_corner = s.b.call("notless", number, count + 0.5)
-    across = s.b.call("hypot", u - x, v - y)
+    across = s.b.call("hypot", u - to_x, v - to_y)
     gap = s.b.select(at_corner, across, nx * u + ny * v - d) - r
-    across_x = s.b.select(at_corner, (u - x) / across, nx)
-    across_y = s.b.select(at_corner, (v - y) / across, ny)
+    across_x = s.b.select(at_corner, (u - to_x) / across, nx)
+    across_y = s.b.select(at_corner, (v - to_y) / across, ny)
     slip = across_y * s.rate(u) - across_x * s.rate(v) + r * (frame.omega[2] - view.omega)
     edge = Edge(held, s.b.select(held, s.b.select(s.b.call("notless", 0.0, past), held, name), name), past)
     return Meeting(label, gap, slip, edge)

@@ -1,6 +1,6 @@
 """Shapes of bodies, in the plane: what is drawn, weighed and touched. All are convex; corners run counter-clockwise.
 
-    rod(l[,w])           along +x from the origin; without w it has no thickness, and a disc alone can touch it
+    rod(l[,w])           along +x from the origin; without w it has no thickness, and nothing touches it
     box(w,h[,d])         about the origin
     polygon(x1,y1,..)    through these corners
     disc(r)              about the origin

@@ -22,10 +22,14 @@ def run(cards: str, until: float, save: str, reltol: float = 1e-6):
 
 
 def never_rises(r, reltol: float = 1e-6) -> bool:
-    """But by what the integration leaves: rows inside long steps are known to the relative tolerance."""
+    """But by what the integration leaves: rows inside long steps are known to the relative tolerance, values behind an event to
+    1e-7 of the energy. What impacts and friction took is known to 1e-5, or a tenth of the tolerance."""
     energy = np.asarray(r["energy()"])
     size = np.abs(energy).max()
-    return np.diff(energy).max() < (reltol + 1e-9) * size and abs(r.energy.residual) < (reltol + 1e-9) * size
+    return (
+        np.diff(energy).max() < (reltol + 1e-7) * size
+        and abs(r.energy.residual) < (1e-5 + 0.1 * reltol) * size
+    )
 
 
 @pytest.mark.parametrize(("reltol", "error"), TOLERANCES)
