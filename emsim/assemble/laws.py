@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 
 SLOW = 1e-12  # [m/s] of a direction at rest
-LEAVES = -1e30  # [N] in place of its effort, where a corner has passed the end of its edge
 NOTHING = 1e-200  # [square of what it is added to] keeps the slope of a length at 0
 
 
@@ -65,8 +64,8 @@ def allocate(m: Mechanism, card: Card) -> None:
         else:
             gap = flow if law.gap is None else m.public(law.gap)
             stays, edge = law.effort, None
-            if law.edge is not None:
-                stays = b.select(b.call("notless", 0.0, m.public(law.edge.past)), stays, LEAVES)
+            if law.edge is not None:  # past its end it would pull
+                stays = b.select(b.call("notless", 0.0, m.public(law.edge.past)), stays, -1e30)
                 edge = law.edge.held, m.public(law.edge.which)
             closed = b.flag(-gap, stays, f"{name} {k} closed", law="mode")
             words = ("hits", "impulse", "lost")

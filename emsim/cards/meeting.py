@@ -4,7 +4,8 @@ Two polygons touch where a corner of one is at an edge of the other, so each cor
 corner of A in the axes of B and s_i = n_i . (u, v) - d_i its distances to the lines of B's edges:
     gap = max s_i     0 on the outline of B, below 0 inside, exact there; away from B's corners the distance
 Edges that the corner does not face (n_i . m <= 0, m along its bisector into A) cannot press on it: where it is beyond one by
-more than TINY it is off, else they count for nothing. That tells boxes of one width, on each other, from boxes side by side.
+more than next to nothing it is off, else they count for nothing. That tells boxes of one width, on each other, from boxes side
+by side.
 A disc has one place, gap = |c - nearest point| - r, at an edge or, where the foot of c is beyond its end, at a corner of B.
 
 Which edge it is, is asked anew at every point while the parts are apart, and held while they touch: equations are smooth then.
@@ -28,9 +29,6 @@ if TYPE_CHECKING:
     from .shapes import Pair, Shape
 
     Part = tuple[str, str, Shape]
-
-TINY = 1e-9  # of the shapes' size: a touch reaches so far beyond the end of an edge. More than rounding, less than anybody sees
-FAR = 1e30  # [m] what is not
 
 
 class Meeting:
@@ -104,7 +102,7 @@ def _largest(s: Scene, values: Sequence[Expr], names: Sequence[Expr]) -> tuple[E
 def _corners(s: Scene, a: Part, b: Part) -> list[Meeting]:
     """Corners of A at edges of B."""
     view, frame = View(s, b), s.frame(a[1])
-    count, tiny = len(view.normals), TINY * max(a[2].size, b[2].size)
+    count, tiny = len(view.normals), max(a[2].tiny, b[2].tiny)
     found = []
     corners = a[2].corners
     for k, at in enumerate(corners):
@@ -113,7 +111,7 @@ def _corners(s: Scene, a: Part, b: Part) -> list[Meeting]:
         reach, names = [], []
         for j, (n, distance) in enumerate(zip(view.normals, view.distances(u, v), strict=True), 1):
             faces = s.b.call("notless", n[0] * inward[0] + n[1] * inward[1], 0.0)
-            off = s.b.select(s.b.call("notless", tiny, distance), -FAR, distance)
+            off = s.b.select(s.b.call("notless", tiny, distance), -1e30, distance)  # none
             reach.append(s.b.select(faces, distance, off))
             names.append(s.b.select(faces, float(j), -float(j)))
         label = f"{a[0]} {k + 1} {b[0]}"
@@ -153,7 +151,7 @@ def _disc_on(s: Scene, a: Part, b: Part) -> Meeting:
     """A disc at edges and corners of B: 1..N are edges, N+1..2N the corners at which they begin."""
     view, frame, r = View(s, b), s.frame(a[1]), a[2].radius
     u, v = view.place(frame.point((*a[2].centre, 0.0)).pos)
-    count, tiny = len(view.normals), TINY * max(a[2].size, b[2].size)
+    count, tiny = len(view.normals), max(a[2].tiny, b[2].tiny)
     names = []
     ways = [(-n[1], n[0]) for n in view.normals]  # along the edges
     for j, (way, corner, length) in enumerate(zip(ways, view.corners, view.lengths, strict=True)):

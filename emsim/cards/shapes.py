@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 # how many sizes each takes
 KINDS: dict[str, tuple[int, int]] = {"rod": (1, 2), "box": (2, 3), "disc": (1, 1), "polygon": (6, 1000)}
-STRAIGHT = 1e-9  # of its size: a corner that stands out by less is none
 
 
 class Shape:
@@ -84,8 +83,13 @@ class Shape:
         x, y = self.centre
         return max((hypot(p - x, q - y) for p, q in self.corners), default=self.radius)
 
+    @property
+    def tiny(self) -> float:
+        """What nobody sees of it, and is more than rounding [m]: corners stand out by more, touches reach so far beyond edges."""
+        return 1e-9 * self.size
+
     def is_convex(self) -> bool:
-        n, least = len(self.corners), STRAIGHT * self.size**2
+        n, least = len(self.corners), self.tiny * self.size
         around = [*self.corners, *self.corners[:2]]
         turns = [
             (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
