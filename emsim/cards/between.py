@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from . import touch
 from .base import Card
-from .meeting import meetings
+from .meeting import meetings, separation
 from .touch import Rigid, Touch, Touching
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from .._engine import Expr
     from ..diagnostics import Sink
     from .base import Probes, Scene
     from .meeting import Meeting, Part
@@ -64,6 +65,11 @@ class Between(Touching, Card):
                 return
             for meeting in meetings(s, a, b):
                 self._touch(s, meeting)
+
+    def separations(self, s: Scene) -> list[Expr]:
+        """Of all pairs of polygons, for the start: no corner need be inside where two cross."""
+        straight = [(a, b) for a, b in self.pairs(s) if not (a[2].radius or b[2].radius)]
+        return [separation(s, a, b) for a, b in straight]
 
     def _takes(self, s: Scene, a: Shape, b: Shape, what: str) -> bool:
         """Is the pair one that is known, as stiff as it is?"""

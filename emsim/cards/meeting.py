@@ -136,6 +136,18 @@ def _held(s: Scene, u: Expr, v: Expr, label: str) -> Expr:
     return s.b.flag(s.public(-1.0 - u * u - v * v), None, f"{label} edge", law="kept")
 
 
+def separation(s: Scene, a: Part, b: Part) -> Expr:
+    """How far two polygons are apart by the line of one of their edges; below 0 they are in each other, crossed ones too."""
+    widest = []
+    for one, other in ((a, b), (b, a)):
+        view, frame = View(s, other), s.frame(one[1])
+        places = [view.place(frame.point((*at, 0.0)).pos) for at in one[2].corners]
+        for beyond in zip(*(view.distances(u, v) for u, v in places), strict=True):
+            behind, _ = _largest(s, [-e for e in beyond], beyond)
+            widest.append(-behind)
+    return _largest(s, widest, widest)[0]
+
+
 def _bisector(corners: list[Pair], k: int) -> Pair:
     """From a corner into its shape."""
     x, y = corners[k]

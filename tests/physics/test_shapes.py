@@ -185,3 +185,38 @@ def test_another_order_of_cards_gives_the_same():
     ]
     for name in save.split():
         assert runs[0].at(name, 0.6) == pytest.approx(runs[1].at(name, 0.6), abs=1e-6)
+
+
+def test_an_elastic_ball_gives_back_its_share():
+    r = run(
+        FLOOR + "BODY b m=1 shape=disc(0.1) y=0.6\nCONTACT c b floor k=1e6 e=0.5", 0.5, "vy(b) hits(c)", 1e-7
+    )
+    assert r["hits(c)"][-1] == 1 and r["vy(b)"].max() == pytest.approx(0.5 * sqrt(2 * G * 0.5), rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("cards", "code", "words"),
+    [
+        ("BODY a m=1 shape=box(1,1) y=1\nCONTACT c a floor k=100", "E240", "no elastic law"),
+        ("BODY a m=1 shape=rod(1) y=1\nCONTACT c a floor e=0", "E240", "no thickness"),
+        ("BODY a m=1 shape=polygon(0,0,1,0,0.2,0.2,0,1) y=1\nCONTACT c all e=0", "E232", "not convex"),
+        ("BODY a m=1 shape=box(1,1) y=1 omega=(1,0,0)\nCONTACT c all e=0", "E240", "touch in the plane"),
+        ("BODY a m=1 shape=box(1,1) y=1\nCONTACT c a flor e=0", "E235", "no body or shape"),
+        ("BODY a m=1 j=1\nCONTACT c a floor e=0", "E235", "has no shape"),
+        ("BODY a m=1 shape=box(1,1) y=0.2\nCONTACT c all e=0", "E258", "in each other"),
+    ],
+)
+def test_what_is_not_known_is_told(cards, code, words):
+    with pytest.raises(emsim.DeckError) as error:
+        run(FLOOR + cards, 0.1, "y(a)")
+    first = error.value.diagnostics[0]
+    assert first.code == code and words in first.message and first.span is not None and first.hint
+
+
+def test_a_polygon_weighs_what_its_area_does():
+    """A right triangle: centre at a third of its sides, Jzz = m (a^2 + b^2)/18."""
+    r = emsim.run(
+        "t\nBODY p m=2 shape=polygon(0,0,0,0.2,0.3,0) omega=1\n.tran 1m 1m\n.save ke() vy(p)\n.end\n"
+    )
+    swing = 0.5 * 2 * ((0.1**2 + (0.2 / 3) ** 2) + (0.3**2 + 0.2**2) / 18)
+    assert r["ke()"][0] == pytest.approx(swing, rel=1e-9)
