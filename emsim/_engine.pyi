@@ -54,7 +54,7 @@ class Builder:
         """A free symbol; it must be substituted away before compile()."""
     def call(self, function: str, *args: Expr | float) -> Expr:
         """sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log log10 sqrt abs sgn floor ceil round,
-        pow(x, y) atan2(y, x) hypot(x, y). ValueError for an unknown one."""
+        pow(x, y) atan2(y, x) hypot(x, y); notless(x, y), for select to ask without an event. ValueError for an unknown one."""
     def is_logic(self, y: Expr | float) -> bool:
         """Is y made of flags and constants alone?"""
     def select(self, cond: Expr | float, a: Expr | float, b: Expr | float) -> Expr:
@@ -91,12 +91,14 @@ class Builder:
         normal: tuple[int, float, float] | None = None,
         way: Expr | None = None,
         across: int | None = None,
+        feature: tuple[Expr, Expr] | None = None,
     ) -> None:
         """A law between the unknown `row` and a flow: form relay (flags of laws "mode" "kept" "kept": slides, share, mode),
         corner (closed, hits, impulse, energy lost), one way (closed). `normal`: the effort of an earlier law that bounds a
         relay, how much of it where it slides, and where it sticks. `way`: by what its bound is multiplied in its row where it
-        slides, its share unless given. `across`: the effort of an earlier relay, the same law's in the other of two directions.
-        ValueError for another one."""
+        slides, its share unless given. `across`: the effort of an earlier relay, the same law's in the other of two
+        directions. `feature`: of a corner to one of several edges, a flag "kept" that has its number while it is closed, and
+        which it is. ValueError for another one."""
     def grad(self, y: Expr, xs: Sequence[Expr]) -> list[Expr]:
         """dy/dx for each leaf x, by reverse mode."""
     def tangent(self, ys: Sequence[Expr], seed: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]:

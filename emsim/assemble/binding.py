@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from ..cards.gear import Gear
     from ..cards.joint import Joint
     from ..cards.joints.base import JointKind
+    from ..cards.shape import ShapeCard
+    from ..cards.shapes import Shape
     from ..deck import MachineCard, Ref
     from ..diagnostics import Span
     from .context import Context
@@ -44,6 +46,7 @@ class Binding:
         self.bodies: dict[str, Body] = {}
         self.points: dict[str, tuple[str, tuple[float, ...]]] = {}
         self.couplings: dict[str, Card] = {}
+        self.shapes: dict[str, ShapeCard] = {}
         self.drives: list[Drive] = []
         self.gears: list[Gear] = []
         self.joints: dict[str, JointState] = {}
@@ -73,6 +76,8 @@ class Binding:
                 self.bodies[card.name] = card
             elif raw.kind == "POINT":
                 self.points[card.name] = (card.body, card.local)
+            elif raw.kind == "SHAPE":
+                self.shapes[card.name] = card
             elif raw.kind == "JOINT":
                 joint_cards.append(card)
             else:
@@ -86,6 +91,10 @@ class Binding:
                 self._fail_name(
                     "E235", f"POINT {name}: no body is named {body}", body, self.bodies, taken[name].span
                 )
+        for name, shape in self.shapes.items():
+            if shape.body != GROUND and shape.body not in self.bodies:
+                said = f"SHAPE {name}: no body is named {shape.body}"
+                self._fail_name("E235", said, shape.body, [GROUND, *self.bodies], shape.terminals[0][2].span)
         for card in joint_cards:
             self._tie(card)
         for card in self.couplings.values():
@@ -162,7 +171,37 @@ class Binding:
                     )
             elif kind == "point":
                 self._locate_ref(ref, what)
+            elif kind == "part" and not self.parts(ref.name):
+                self._no_part(ref, what)
         self._check_ends(card, what)
+
+    def _no_part(self, ref: Ref, what: str) -> None:
+        """E235: what a CONTACT of shapes names has none."""
+        if ref.name == GROUND or ref.name in self.bodies:
+            is_what = "the ground" if ref.name == GROUND else f"BODY {ref.name}"
+            hint = f"SHAPE floor {ref.name} box(w,h) at=(x,y) gives it one"
+            if ref.name in self.bodies:
+                hint = "give the body shape=, or a card SHAPE name body box(w,h)"
+            hint += "; of a point or a line without ends say line= or rq="
+            self._fail("E235", f"{what}: {is_what} has no shape that could be touched", ref.span, hint)
+        else:
+            known = [*self.bodies, *self.shapes]
+            self._fail_name(
+                "E235", f"{what}: no body or shape is named {ref.name}", ref.name, known, ref.span
+            )
+
+    def parts(self, name: str | None = None) -> list[tuple[str, str, Shape]]:
+        """(name, body, shape) of a body and what SHAPE adds to it, of one SHAPE, or of all."""
+        own = [(n, n, body.outline) for n, body in self.bodies.items() if body.outline is not None]
+        own += [(n, card.body, card.shape) for n, card in self.shapes.items() if card.ok]
+        return [part for part in own if name is None or name in part[:2]]
+
+    def joined(self, a: str, b: str) -> bool:
+        """Does a joint join the two bodies?"""
+        return any({a, b} == {joint.a, joint.b} for joint in self.joints.values())
+
+    def is_still(self, body: str) -> bool:
+        return body == GROUND or self.bodies[body].fixed
 
     def _check_ends(self, card: Card, what: str) -> None:
         """Does what acts on bodies act between two, or on one that can move?"""

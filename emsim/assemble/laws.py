@@ -60,9 +60,14 @@ def allocate(m: Mechanism, card: Card) -> None:
                 moves = b.select(law.where, moves, 1.0)
             slides = b.flag(free, moves, f"{name} slides", law="mode")
             law.flags = [slides, share, mode]
+            edge = None
         else:
             gap = flow if law.gap is None else m.public(law.gap)
-            closed = b.flag(-gap, law.effort, f"{name} {k} closed", law="mode")
+            stays, edge = law.effort, None
+            if law.edge is not None:  # past its end it would pull
+                stays = b.select(b.call("notless", 0.0, m.public(law.edge.past)), stays, -1e30)
+                edge = law.edge.held, m.public(law.edge.which)
+            closed = b.flag(-gap, stays, f"{name} {k} closed", law="mode")
             words = ("hits", "impulse", "lost")
             law.flags = [
                 closed,
@@ -71,7 +76,20 @@ def allocate(m: Mechanism, card: Card) -> None:
             bound = stick = b.const(0.0)
         shown = b.const(0.0) if law.gap is None else m.public(law.gap)
         across = None if law is law.across[0] else law.across[0].row
-        b.law(law.form, law.row, flow, bound, stick, shown, law.e, law.flags, _bounded_by(law), way, across)
+        b.law(
+            law.form,
+            law.row,
+            flow,
+            bound,
+            stick,
+            shown,
+            law.e,
+            law.flags,
+            _bounded_by(law),
+            way,
+            across,
+            edge,
+        )
         m.laws.append((card, law))
 
 

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .._engine import Expr
-    from ..cards.base import Card, JointView
+    from ..cards.base import Card, JointView, Scalar
     from ..cards.body import Body
     from ..cards.drive import Drive
     from ..cards.gear import Gear
@@ -294,7 +294,8 @@ class Machine(Mechanism):
 
     def _couple(self) -> None:
         """Terminals of the couplings become nodes, joints, points; branches are allocated."""
-        self.active = [*self.bodies.values(), *(j.card for key, j in self.joints.items() if key[:1] != FREE)]
+        self.active = [*self.bodies.values(), *self.shapes.values()]
+        self.active += [*(j.card for key, j in self.joints.items() if key[:1] != FREE)]
         count = len(self.active)
         for body in self.bodies.values():
             self._check_inertia(body)
@@ -311,7 +312,7 @@ class Machine(Mechanism):
                     on_joint = ref.name in self.joints
                     target.joint = self.joints[ref.name] if on_joint else None
                     target.body = None if on_joint else self.frames[ref.name]
-                else:
+                elif kind == "joint":
                     setattr(target, label, self.joints[ref.name])
             self.active.append(card)
         for card in self.active[count:]:
@@ -371,11 +372,16 @@ class Machine(Mechanism):
     def _check_gaps(self) -> None:
         """Rigid parts that are in each other where the machine starts."""
         x = [*self.found.x, *([0.0] * (2 * len(self.rows) + 2 * len(self.laws) + len(self.norms)))]
-        for card, law in self.laws:
-            if law.gap is None:
-                continue
-            gap = self.b.eval([self.public(law.gap)], x, 0.0)[0]
-            unit = "rad" if law.unit == "N m" else "m"
+        gaps: list[tuple[Card, Scalar, str]] = []
+        for card in self.couplings.values():
+            gaps += [(card, gap, "m") for gap in getattr(card, "separations", lambda _: [])(self)]
+        gaps += [
+            (card, law.gap, "rad" if law.unit == "N m" else "m")
+            for card, law in self.laws
+            if law.gap is not None
+        ]
+        for card, apart, unit in gaps:
+            gap = self.b.eval([self.public(apart)], x, 0.0)[0]
             if gap < -INSIDE * (1.0 if unit == "rad" else closing.size(self, self.found.x)):
                 self._fail(
                     "E258",

@@ -17,6 +17,7 @@ __all__ = ["CARDS"]
 INDEX = {
     "BODY": "body Body",
     "POINT": "point Point",
+    "SHAPE": "shape ShapeCard",
     "JOINT": "joint Joint",
     "MOTOR": "motors Motor",
     "POT": "pot Pot",

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from ..deck import MachineCard, Model, Ref
     from ..diagnostics import Sink, Span
     from .laws import Law
+    from .shapes import Shape
 
     Scalar = Expr | float
     Powers = list[tuple[Scalar, Scalar]]
@@ -113,6 +114,12 @@ if TYPE_CHECKING:
         def rate(self, e: Scalar) -> Expr: ...  # of an expression of coordinates: de/dt along the motion
         def body_of(self, card: Card, terminal: str) -> BodyView: ...  # of a point terminal
         def clamp(self, e: Scalar, lo: float, hi: float, name: str, warn: str) -> Expr: ...
+
+        in_space: bool
+
+        def parts(self, name: str | None = None) -> list[tuple[str, str, Shape]]: ...  # (name, body, shape)
+        def joined(self, a: str, b: str) -> bool: ...  # does a joint join two bodies?
+        def is_still(self, body: str) -> bool: ...
         def reaction(
             self, name: str, place: int = 0
         ) -> Expr: ...  # effort of a GEAR or DRIVE on its joint, of a card's row

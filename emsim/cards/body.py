@@ -6,12 +6,13 @@ Inertia about the centre of mass of the shapes (homogeneous):
     rod(l, w=0)   Jxx = m w^2/12, Jyy = m l^2/12, Jzz = m (l^2 + w^2)/12; Jzz = m l^2/12 for the thin rod
     box(w, h)     Jxx = m h^2/12, Jyy = m w^2/12, Jzz = m (w^2 + h^2)/12
     disc(r)       Jxx = Jyy = m r^2/4,            Jzz = m r^2/2
+    polygon(..)   see shapes.py
 """
 
 from __future__ import annotations
 
-from ..diagnostics import suggest
-from .base import Card, Default, Spec, is_number, sets
+from . import shape, shapes
+from .base import Card, Default, Spec, sets
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 class Body(Card):
     spec = Spec(
         "BODY",
-        "BODY name m= [j=] [com=(x,y)] [shape=rod(l)/box(w,h)/disc(r)] "
+        "BODY name m= [j=] [com=(x,y)] [shape=rod(l)/box(w,h)/disc(r)/polygon(x1,y1,..)] "
         "[x= y= angle= vx= vy= omega=, in space z= vz= rot= omega=(wx,wy,wz)] [fixed=yes]",
         terminals="",
         mark=("m", "shape", "fixed"),
@@ -39,7 +40,12 @@ class Body(Card):
             "vector",
         ),
         com=Default(None, "m", "the centre of mass in body axes; follows from shape", "vector"),
-        shape=Default(None, "m", "rod(l[,w]) along +x from the origin, box(w,h) or disc(r) centred", "shape"),
+        shape=Default(
+            None,
+            "m",
+            "rod(l[,w]) along +x from the origin, box(w,h) or disc(r) centred, polygon(x1,y1,..)",
+            "shape",
+        ),
         fixed=Default(False, "", "fixed to the ground at x, y, angle", "flag"),
         x=Default(0.0, "m", "start position of the origin, free bodies"),
         y=Default(0.0, "m", "start position of the origin, free bodies"),
@@ -78,14 +84,15 @@ class Body(Card):
     def check(self, sink: Sink) -> None:
         self._motion(sink)
         self.inertia: tuple[float, ...] = (0.0,) * 6  # Jxx Jyy Jzz Jxy Jxz Jyz about the centre of mass
+        self.outline: shapes.Shape | None = None
         self.spatial_inertia = False  # are Jxx and Jyy known?
         centre: tuple[float, ...] = (0.0, 0.0, 0.0)
         if self.shape is not None:
-            sizes = self._sizes(sink)
-            if sizes is None:
+            self.outline = shapes.read(self.shape, f"BODY {self.name}", self.place("shape"), sink)
+            if self.outline is None:
                 return
-            (jx, jy, jz), centre = sizes
-            self.inertia = (self.m * jx, self.m * jy, self.m * jz, 0.0, 0.0, 0.0)
+            jx, jy, jz, jxy = (self.m * j for j in self.outline.inertia)
+            self.inertia, centre = (jx, jy, jz, jxy, 0.0, 0.0), (*self.outline.centre, 0.0)
             self.spatial_inertia = True
         if self.com is not None:
             if len(self.com) not in (2, 3):
@@ -116,42 +123,6 @@ class Body(Card):
         self.spins = self.omega if len(self.omega) == 3 else (0.0, 0.0, self.omega[0])
         self.omega = self.spins[2]
         self.in_space = bool(self.z or self.vz) or self.rot is not None or any(self.spins[:2])
-
-    def _sizes(self, sink: Sink) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
-        """(J/m, centre of mass) of the shape."""
-        name, args = getattr(self.shape, "fn", None), getattr(self.shape, "args", ())
-        numbers = [getattr(a, "value", a) for a in args]
-        counts = {"rod": (1, 2), "box": (2, 3), "disc": (1, 1)}
-        if name not in counts:
-            near = suggest(name, counts) if name else None
-            sink.error(
-                "E232",
-                f"shape= of BODY {self.name} is rod(l), box(w,h) or disc(r)"
-                + (f", there is no `{name}`" if name else ""),
-                self.place("shape"),
-                f"did you mean {near}(..)?" if near else "of another shape give m=, j= and com=",
-            )
-            return None
-        low, high = counts[name]
-        good = all(is_number(v) and 0.0 <= v < float("inf") for v in numbers)
-        if not low <= len(numbers) <= high or not good or numbers[0] <= 0.0:
-            sink.error(
-                "E232",
-                f"{name}(..) of BODY {self.name} takes {low} to {high} sizes in metres, greater than zero"
-                if low != high
-                else f"{name}(..) of BODY {self.name} takes {low} size in metres, greater than zero",
-                self.place("shape"),
-            )
-            return None
-        if name == "rod":
-            length, width = numbers[0], numbers[1] if len(numbers) > 1 else 0.0
-            jx, jy = width * width / 12.0, length * length / 12.0
-            return (jx, jy, jx + jy), (length / 2.0, 0.0, 0.0)
-        if name == "box":
-            w, h = numbers[0], numbers[1]
-            return (h * h / 12.0, w * w / 12.0, (w * w + h * h) / 12.0), (0.0, 0.0, 0.0)
-        r = numbers[0]
-        return (r * r / 4.0, r * r / 4.0, r * r / 2.0), (0.0, 0.0, 0.0)
 
     def _explicit_inertia(self, j: tuple[float, ...], sink: Sink) -> None:
         """j= wins over the shape."""
@@ -188,7 +159,9 @@ class Body(Card):
         """Its shape; without one, what joins its centre of mass to everything fastened to it."""
         sizes = [getattr(a, "value", a) for a in getattr(self.shape, "args", ())]
         kind = getattr(self.shape, "fn", "bones")
-        if kind == "bones":
+        if self.outline is not None and kind == "polygon":
+            shape.outline(draw, self, self.name, self.outline)
+        elif kind == "bones":
             at = draw.on(self.name, self.centre)
             known = not draw.planar and self.m > 0.0 and not any(self.inertia[3:])
             inertia = [self.m, *self.inertia[:3]] if known else None

@@ -1,4 +1,4 @@
-"""CONTACT: a point or a round part against a line, which bounds a half-plane, or another round part.
+"""CONTACT: a point or a round part against a line, which bounds a half-plane, or another round part; or shapes (between.py).
 
 Where they meet stands in round.py, what happens there in touch.py. `force` is what the parts press on each other with. With mu=
 they rub: `slip` is the speed of P's part along Q's where they touch, `friction` the force on P's part, along t = n x z: to the
@@ -9,21 +9,24 @@ from __future__ import annotations
 
 from . import touch
 from .base import Spec
+from .between import Between
 from .round import SHAPE, Round
 from .touch import Touching
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from ..deck import MachineCard, Model
     from ..diagnostics import Sink
-    from .base import Pen, Probes, Scene
+    from .base import Card, Pen, Probes, Scene
 
 
 class Contact(Touching, Round):
     spec = Spec(
         "CONTACT",
-        "CONTACT name P Q line=(nx,ny) (or rq=) [r= [axis=]] [e=0]   or with k= [c= or e=] [n=1]   [mu= [mus=]]",
+        "CONTACT name P Q line=(nx,ny) (or rq=) [r= [axis=]] [e=0]   or with k= [c= or e=] [n=1]   [mu= [mus=]]   "
+        "or between shapes: CONTACT name A B (or: all) [e=] [mu= [mus=]] ..",
         terminals="p:point q:point",
-        mark=("k", "e", "line", "rq"),
+        mark=("k", "e", "line", "rq", "mu"),
         meaning="contact of a point or round part with a line or another round part",
         laws={
             "q": "gap >= 0; after an impact e times the speed before it",
@@ -41,15 +44,16 @@ class Contact(Touching, Round):
     mu: float
     mus: float | None
 
+    @classmethod
+    def variant(cls, raw: MachineCard, models: dict[str, Model]) -> type[Card]:
+        """Names of bodies or of SHAPE, and nothing that says where the parts are round or straight: shapes."""
+        plain = all(ref.point is None and "." not in ref.name for ref in raw.args)
+        return Shapes if plain and not raw.params.keys() & SHAPE.keys() else cls
+
     def check(self, sink: Sink) -> None:
         super().check(sink)
         touch.check(self, self.k, self.c, self.e, sink)
-        if self.mus is not None and self.mus < self.mu:
-            said = f"mus= of {self.spec.word} {self.name} is {self.mus:g}, less than mu= {self.mu:g}: "
-            said += "what slides would be held more than what rests"
-            sink.error(
-                "E238", said, self.place("mus"), "mus= is for parts that stick to each other, the larger one"
-            )
+        touch.check_friction(self, self.mu, self.mus, sink)
 
     def prepare(self, s: Scene) -> None:
         self.set_gaps(s, [(1.0, self.name, s.b.const(0.0) + self.meet(s))], "N")
@@ -73,3 +77,11 @@ class Contact(Touching, Round):
             draw.channel(f"mode({self.name})", "", mode),
         )
         self.sketch(draw, *channels)
+
+
+class Shapes(Between):
+    spec = Contact.spec
+
+    @classmethod
+    def forms(cls, raw: MachineCard) -> list[list[tuple[str, str]]]:
+        return [[("all", "every")]] if len(raw.args) == 1 else [[("a", "part"), ("b", "part")]]

@@ -20,6 +20,16 @@ if TYPE_CHECKING:
     from .base import Scalar
 
 
+class Edge:
+    """To which of several edges a gap is. `held`: a flag, the number while the corner is closed, else 0; `which`: the number at a
+    point, 0 where none can press; `past`: above 0 the corner has passed the end of the edge that is held."""
+
+    __slots__ = ("held", "past", "which")
+
+    def __init__(self, held: Expr, which: Expr, past: Expr) -> None:
+        self.held, self.which, self.past = held, which, past
+
+
 class Law:
     """What laws have in common; `form` is the engine's word. Expressions before symbols are replaced."""
 
@@ -27,6 +37,7 @@ class Law:
         "across",
         "bound",
         "e",
+        "edge",
         "effort",
         "flags",
         "flow",
@@ -57,6 +68,7 @@ class Law:
         self.normal: tuple[Law, float, float] | None = (
             None  # by whose effort it is bounded: mu, and mus at rest
         )
+        self.edge: Edge | None = None  # of a corner to one of several edges
         self.across: list[Law] = [self]  # both of a law with two directions
         # by the compiler
         self.row = self.second = -1  # unknowns: the effort, and of a corner the correction of positions
@@ -124,8 +136,9 @@ class Inequality(Law):
 
 
 class Corner(Inequality):
-    def __init__(self, gap: Scalar, e: float, unit: str) -> None:
+    def __init__(self, gap: Scalar, e: float, unit: str, edge: Edge | None = None) -> None:
         super().__init__("corner", None, 0.0, 0.0, gap, e, unit)
+        self.edge = edge
 
 
 class OneWay(Inequality):

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..diagnostics import Sink
     from .base import Card, Powers, Probes, Scalar, Scene
-    from .laws import Law
+    from .laws import Edge, Law
 
 # parameters of an elastic law, with the unit of a force over that of a length or angle
 LAW: dict[str, Any] = {
@@ -59,6 +59,15 @@ def check(card: Card, k: float | None, c: float, e: float | None, sink: Sink) ->
         if card.given(key) and k is None:
             said = f"{key}= of {what} belongs to k=: without it the parts are rigid"
             sink.error("E240", said, card.place(key), "give k=, or leave it out")
+
+
+def check_friction(card: Card, mu: float, mus: float | None, sink: Sink) -> None:
+    if mus is not None and mus < mu:
+        said = f"mus= of {card.spec.word} {card.name} is {mus:g}, less than mu= {mu:g}: "
+        said += "what slides would be held more than what rests"
+        sink.error(
+            "E238", said, card.place("mus"), "mus= is for parts that stick to each other, the larger one"
+        )
 
 
 def damping_of(e: float) -> float:
@@ -128,9 +137,9 @@ class Touch:
 class Rigid:
     """The same without a stiffness: a corner of laws.py, closed or open, with impacts."""
 
-    def __init__(self, gap: Scalar, e: float | None, unit: str) -> None:
+    def __init__(self, gap: Scalar, e: float | None, unit: str, edge: Edge | None = None) -> None:
         self.gap = gap
-        self.law = Corner(gap, 0.0 if e is None else e, unit)
+        self.law = Corner(gap, 0.0 if e is None else e, unit, edge)
 
     @property
     def on(self) -> Expr:
@@ -167,12 +176,17 @@ class Touching:
         coefficients of friction."""
         mus = mu if mus is None else mus
         for slip in slips:
-            for _, corner in self.corners:
-                self.slips.append(Slip(slip, corner.law, mu, mus))
-            for _, touch in self.touches:
-                self.slips.append(Relay(slip, mu * touch.force, mus * touch.force, "N", touch.on))
+            for _, place in self.places:
+                self.set_one_slip(slip, place, mu, mus)
         if len(slips) == 2:
             disc(*self.slips)
+
+    def set_one_slip(self, slip: Scalar, place: Touch | Rigid, mu: float, mus: float) -> None:
+        """The same in one direction, at this place of touch."""
+        if isinstance(place, Rigid):
+            self.slips.append(Slip(slip, place.law, mu, mus))
+        else:
+            self.slips.append(Relay(slip, mu * place.force, mus * place.force, "N", place.on))
 
     @property
     def places(self) -> list[tuple[float, Touch | Rigid]]:
@@ -203,7 +217,7 @@ class Touching:
         gaps = [place.gap for _, place in self.places]
         found: Probes = {
             word: _sum(s, [sign * place.force for sign, place in self.places]),
-            "gap": gaps[0] if len(gaps) == 1 else s.minimum(gaps[0], gaps[1]),
+            "gap": s.minimum(gaps[0], gaps[1]) if len(gaps) == 2 else gaps[0],
             "hits": _sum(s, [place.count for _, place in self.places]),
             "mode": _sum(s, [sign * place.on for sign, place in self.places]),
             "power": _sum(s, [touch.force * touch.rate for _, touch in self.touches]),

@@ -30,6 +30,7 @@ BODY rotor m=0 j=1m
 BODY ball m=1 shape=disc(0.02)
 BODY follower m=0.1
 BODY skate m=1 j=0.01
+SHAPE foot 0 polygon(0.5,-0.4,0.7,-0.4,0.6,-0.3)
 JOINT ice 0 skate planar ic=(0.6,-0.3,20deg)
 KNIFE blade skate 0 along=(1,0)
 JOINT hinge 0 arm pin zero=-90deg ic=10deg

@@ -137,6 +137,16 @@ pub struct LawSpec {
     pub way: Id,
     /// of a relay with two directions: the law of the other one. Together they are within the bound, and against both flows.
     pub across: Option<usize>,
+    /// of a corner whose gap is to one of several edges
+    pub feature: Option<Feature>,
+}
+
+/// Which of its edges a corner's gap is to: while it is closed the number in the flag, else 0 and the gap finds it. `which`: the
+/// number at a point, 0 where none can press there.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Feature {
+    pub flag: usize,
+    pub which: Id,
 }
 
 /// The law whose effort bounds a relay, by mu where it slides and mus where it sticks.

@@ -141,13 +141,15 @@ impl Short {
 struct Falls {
     look: Look,
     change: Vec<f64>, // of the flows
-    lies: Vec<bool>,
+    at: Vec<usize>,   // those that touch
+    lies: Vec<bool>,  // of them
     h: f64,
     found: Vec<Option<f64>>,
 }
 
 impl Falls {
-    fn of(&mut self, k: usize) -> f64 {
+    fn of(&mut self, law: usize) -> f64 {
+        let Some(k) = law_at(&self.at, Some(law)) else { return 0.0 };
         *self.found[k].get_or_insert_with(|| {
             let most: Vec<f64> = self
                 .lies
@@ -259,6 +261,7 @@ impl Modes {
         for longer in 0..=LONGER {
             let short = short.longer(10f64.powi(longer));
             if self.attempt(sys, w, x, t, short, fired, tol) {
+                release(sys, w);
                 return true;
             }
             w.restore(&held);
@@ -294,6 +297,7 @@ impl Modes {
         let moves = thresholds(sys, &slopes, tol);
         let gaps = gap_thresholds(sys, tol);
         put_bands(sys, w, &moves, &gaps, tol);
+        seize(sys, w, &before);
         let hit = |k: usize| [Some(k), list[k].across].iter().flatten().any(|&k| fired.contains(&list[k].flags[0]));
         if !self.strike(sys, w, x, t, short, (&moves, &gaps), &hit, tol) {
             return false;
@@ -305,7 +309,7 @@ impl Modes {
         let touches: Vec<bool> = (0..list.len())
             .map(|k| {
                 let closed = list[k].form != Form::Relay && w.flags[list[k].flags[CLOSED]] != 0.0;
-                let near = list[k].form == Form::Corner && readings[k].gap <= TOUCHES * gaps[k];
+                let near = list[k].form == Form::Corner && readings[k].gap <= TOUCHES * gaps[k] && faces(w, &list[k]);
                 list[k].form == Form::OneWay || closed || near
             })
             .collect();
@@ -484,12 +488,13 @@ impl Modes {
         let list = &sys.laws.list;
         let mut falls: Option<Falls> = None;
         let mut rounds = 0;
+        let faces: Vec<bool> = list.iter().map(|law| faces(w, law)).collect();
         for round in 0..2 * ROUNDS {
             let (readings, _) = sys.read_laws(w, x, *t);
             let near = |k: usize| match list[k].form {
                 Form::Relay => false,
                 Form::OneWay => true,
-                Form::Corner => readings[k].gap <= TOUCHES * gaps[k] || round == 0 && hit(k),
+                Form::Corner => faces[k] && (readings[k].gap <= TOUCHES * gaps[k] || round == 0 && hit(k)),
             };
             let approaches = |k: usize| near(k) && readings[k].flow < -moves[k];
             if !(0..list.len()).any(approaches) {
@@ -512,8 +517,9 @@ impl Modes {
                 }
             }
             if falls.is_none() {
-                let lies = (0..list.len()).map(|j| near(j) && readings[j].flow <= moves[j]).collect();
-                falls = self.falls(sys, w, (x, *t), short.ahead, &readings, lies, tol);
+                let lies = |j: usize| readings[j].flow <= moves[j];
+                let at = (0..list.len()).filter(|&j| near(j)).map(|j| (j, lies(j))).unzip();
+                falls = self.falls(sys, w, (x, *t), short.ahead, &readings, at, tol);
             }
             let Some(falls) = &mut falls else { return false };
             let fall: Vec<f64> =
@@ -580,13 +586,13 @@ impl Modes {
         (x, t): (&[f64], f64),
         h: f64,
         readings: &[Reading],
-        lies: Vec<bool>,
+        (at, lies): (Vec<usize>, Vec<bool>),
         tol: &Tolerances,
     ) -> Option<Falls> {
-        let all: Vec<usize> = (0..readings.len()).collect();
-        let look = self.look(sys, w, x, t, h, &all, tol)?;
-        let change = look.b.iter().zip(readings).map(|(b, reading)| b - reading.flow).collect();
-        Some(Falls { look, change, lies, h, found: vec![None; readings.len()] })
+        let look = self.look(sys, w, x, t, h, &at, tol)?;
+        let change = look.b.iter().zip(&at).map(|(b, &k)| b - readings[k].flow).collect();
+        let found = vec![None; at.len()];
+        Some(Falls { look, change, at, lies, h, found })
     }
 
     /// Corners that part from each other by less than a rebound that is none: what others gave them, so that they would fall back at
@@ -616,8 +622,9 @@ impl Modes {
                 _ => sys.put_mode(w, law.flags[CLOSED], 0.0),
             }
         }
-        let lies = (0..list.len()).map(|j| touches[j] && readings[j].flow <= moves[j]).collect();
-        let mut falls = self.falls(sys, w, (x, t), h, readings, lies, tol)?;
+        let lies = |j: usize| readings[j].flow <= moves[j];
+        let at = (0..list.len()).filter(|&j| touches[j]).map(|j| (j, lies(j))).unzip();
+        let mut falls = self.falls(sys, w, (x, t), h, readings, at, tol)?;
         for k in (0..list.len()).filter(|&k| parts(k)) {
             rests[k] = is_none(readings[k].flow, falls.of(k), gaps[k]);
         }
@@ -734,6 +741,29 @@ impl Modes {
         x.copy_from_slice(to);
         sys.laws.list.iter().for_each(|law| x[law.row] = 0.0);
     }
+}
+
+/// Corners stay at the edges at which they are now, until all is decided.
+fn seize(sys: &System, w: &mut Work, readings: &[Reading]) {
+    for (law, at) in sys.laws.list.iter().zip(readings) {
+        if let Some(feature) = law.feature {
+            sys.put_mode(w, feature.flag, at.which);
+        }
+    }
+}
+
+/// Those that are open find their edges by themselves.
+fn release(sys: &System, w: &mut Work) {
+    for law in &sys.laws.list {
+        if let Some(feature) = law.feature.filter(|_| w.flags[law.flags[CLOSED]] == 0.0) {
+            sys.put_mode(w, feature.flag, 0.0);
+        }
+    }
+}
+
+/// Can a corner press where it is?
+fn faces(w: &Work, law: &LawSpec) -> bool {
+    law.feature.is_none_or(|feature| w.flags[feature.flag] != 0.0)
 }
 
 /// Where a law is among `which`.

@@ -20,6 +20,7 @@ from .gear import gear
 from .joint import joint
 from .knife import knife
 from .motor import motor
+from .polygon import polygon
 from .pot import pot
 from .ratio import ratio
 from .rod import rod
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     Glyph = tuple[int, Callable[[Scene, Pen, Shape], None]]
 
 GLYPHS: dict[str, Glyph] = {
-    "rod": (0, rod), "box": (0, box), "disc": (0, disc), "bones": (0, bones),
+    "rod": (0, rod), "box": (0, box), "disc": (0, disc), "polygon": (0, polygon), "bones": (0, bones),
     "joint": (1, joint), "spring": (1, elastic), "damper": (1, elastic), "gear": (1, gear), "belt": (1, belt), "cam": (1, cam),
     "stop": (1, stop), "contact": (1, contact), "ratio": (1, ratio), "knife": (1, knife), "friction": (1, friction),
     "motor": (2, motor), "pot": (2, pot), "force": (2, force), "torque": (2, torque), "drive": (2, drive),

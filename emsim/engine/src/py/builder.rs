@@ -9,7 +9,7 @@ use crate::devices::compiled::Compiled;
 use crate::devices::Climate;
 use crate::graph::{Fun, Graph, Id, Node};
 use crate::logic;
-use crate::model::{Delay, Form, Law, LawSpec, Normal, Response};
+use crate::model::{Delay, Feature, Form, Law, LawSpec, Normal, Response};
 use crate::packed::Equations;
 use crate::system::{FlagSpec, Force, Kind, Model, Unknown};
 use crate::tape::{Inputs, Tape};
@@ -47,6 +47,13 @@ impl Builder {
 
     fn ids(&self, xs: &[Bound<'_, PyAny>]) -> PyResult<Vec<Id>> {
         xs.iter().map(|x| Expr::operand(&self.graph, x)).collect()
+    }
+
+    fn flag_number(&self, flag: Id) -> PyResult<usize> {
+        match lock(&self.graph).node(flag) {
+            Node::Flag(k) => Ok(k as usize),
+            _ => Err(PyValueError::new_err("no flag")),
+        }
     }
 }
 
@@ -127,6 +134,7 @@ impl Builder {
         let id = match (function, a.as_slice()) {
             ("pow", &[x, y]) => g.pow(x, y),
             ("atan2", &[y, x]) => g.atan2(y, x),
+            ("notless", &[x, y]) => g.not_less(x, y),
             ("hypot", &[x, y]) => {
                 let xx = g.mul(x, x);
                 let yy = g.mul(y, y);
@@ -226,7 +234,7 @@ impl Builder {
     }
 
     /// A set-valued law between the unknown `row` and a flow: see `LawSpec`.
-    #[pyo3(signature = (form, row, flow, bound, stick, gap, restitution, flags, normal=None, way=None, across=None))]
+    #[pyo3(signature = (form, row, flow, bound, stick, gap, restitution, flags, normal=None, way=None, across=None, feature=None))]
     #[allow(clippy::too_many_arguments)]
     fn law(
         &mut self,
@@ -241,6 +249,7 @@ impl Builder {
         normal: Option<(usize, f64, f64)>,
         way: Option<Bound<'_, PyAny>>,
         across: Option<usize>,
+        feature: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
     ) -> PyResult<()> {
         let form = match form {
             "relay" => Form::Relay,
@@ -257,12 +266,15 @@ impl Builder {
             None => flags[1.min(flags.len() - 1)],
         };
         for flag in flags {
-            let node = lock(&self.graph).node(flag);
-            match node {
-                Node::Flag(k) => numbers.push(k as usize),
-                _ => return Err(PyValueError::new_err("no flag")),
-            }
+            numbers.push(self.flag_number(flag)?);
         }
+        let feature = match feature {
+            None => None,
+            Some((flag, which)) => {
+                let ids = self.ids(&[flag, which])?;
+                Some(Feature { flag: self.flag_number(ids[0])?, which: ids[1] })
+            }
+        };
         self.row(row as i64)?;
         let laws = &mut self.model()?.laws;
         let normal = match normal {
@@ -283,7 +295,20 @@ impl Builder {
             laws[other].across = Some(laws.len());
         }
         let flags = numbers;
-        laws.push(LawSpec { form, row, flow, bound, stick, gap, restitution, flags, normal, way, across: other });
+        laws.push(LawSpec {
+            form,
+            row,
+            flow,
+            bound,
+            stick,
+            gap,
+            restitution,
+            flags,
+            normal,
+            way,
+            across: other,
+            feature,
+        });
         Ok(())
     }
 

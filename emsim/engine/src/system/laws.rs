@@ -6,7 +6,7 @@ use crate::graph::{Graph, Id, Node};
 use crate::model::{Form, LawSpec};
 use crate::tape::{Inputs, Tape};
 
-/// The laws of a system: per law flow, bound, sticking bound and gap, then the slopes of flows.
+/// The laws of a system: per law flow, bound, sticking bound, gap and which edge it is to, then the slopes of flows.
 pub struct Laws {
     pub list: Vec<LawSpec>,
     tape: Tape,
@@ -20,11 +20,14 @@ pub struct Reading {
     pub bound: f64,
     pub stick: f64,
     pub gap: f64,
+    /// of a corner to one of several edges
+    pub which: f64,
 }
 
 impl Laws {
     pub fn new(g: &mut Graph, list: Vec<LawSpec>) -> Laws {
-        let mut outs: Vec<Id> = list.iter().flat_map(|l| [l.flow, l.bound, l.stick, l.gap]).collect();
+        let which = |l: &LawSpec| l.feature.map_or(l.gap, |feature| feature.which);
+        let mut outs: Vec<Id> = list.iter().flat_map(|l| [l.flow, l.bound, l.stick, l.gap, which(l)]).collect();
         let mut slopes = Vec::new();
         for (k, law) in list.iter().enumerate() {
             let read: Vec<Id> =
@@ -65,12 +68,13 @@ impl System {
         let out = |k: usize| self.laws.tape.output(&slots, k);
         let count = self.laws.list.len();
         let readings = (0..count).map(|k| Reading {
-            flow: out(4 * k),
-            bound: out(4 * k + 1).max(0.0),
-            stick: out(4 * k + 2).max(0.0),
-            gap: out(4 * k + 3),
+            flow: out(5 * k),
+            bound: out(5 * k + 1).max(0.0),
+            stick: out(5 * k + 2).max(0.0),
+            gap: out(5 * k + 3),
+            which: out(5 * k + 4),
         });
-        let slopes = self.laws.slopes.iter().enumerate().map(|(j, &(k, i))| (k, i, out(4 * count + j)));
+        let slopes = self.laws.slopes.iter().enumerate().map(|(j, &(k, i))| (k, i, out(5 * count + j)));
         (readings.collect(), slopes.collect())
     }
 

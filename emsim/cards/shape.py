@@ -1,0 +1,60 @@
+"""SHAPE: a further shape of a body or of the ground, to be touched and drawn. What BODY says of mass and inertia stays."""
+
+from __future__ import annotations
+
+from . import shapes
+from .base import Card, Default, Spec
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ..diagnostics import Sink
+    from .base import Pen
+
+
+class ShapeCard(Card):
+    spec = Spec(
+        "SHAPE",
+        "SHAPE name body rod(l,w)/box(w,h)/disc(r)/polygon(x1,y1,..) [at=(x,y)] [angle=]",
+        terminals="body:part kind:shape",
+        mark=("at", "angle"),
+        meaning="a further shape of a body, or of the ground 0, that CONTACT and pictures know",
+        at=Default((0.0, 0.0), "m", "where the shape's origin is, in body axes", "vector"),
+        angle=Default(0.0, "rad", "by which the shape is turned in the body"),
+    )
+    at: tuple[float, ...]
+    angle: float
+    shape: shapes.Shape
+
+    @classmethod
+    def marked(cls, code: str) -> bool:
+        """A fourth word such as box(1,2)."""
+        words = code.replace("(", " ( ").split()[3:5]
+        return len(words) == 2 and words[1] == "(" and words[0].lower() in shapes.KINDS
+
+    @classmethod
+    def mark_in_words(cls) -> str:
+        *kinds, last = (f"{kind}(..)" for kind in shapes.KINDS)
+        return f"its shape ({', '.join(kinds)} or {last}) as the fourth word"
+
+    def check(self, sink: Sink) -> None:
+        (_, _, body), (_, _, kind) = self.terminals
+        self.body = body.name
+        if len(self.at) != 2:
+            sink.error("E232", f"at= of SHAPE {self.name} has two components", self.place("at"))
+            return
+        found = shapes.read(kind, f"SHAPE {self.name}", kind.span or self.span, sink)
+        if found is not None:
+            self.shape = found.placed(self.at, self.angle)
+
+    def glyph(self, draw: Pen) -> None:
+        outline(draw, self, self.body, self.shape)
+
+
+def outline(draw: Pen, card: Card, body: str, shape: shapes.Shape) -> None:
+    """A shape on its body: a disc as one, others by their corners."""
+    if shape.kind == "disc":
+        draw.add("disc", card, at=draw.on(body, shape.centre), sizes=[shape.radius])
+    else:
+        draw.add(
+            "polygon", card, at=draw.on(body, shape.centre), to=[draw.on(body, p) for p in shape.corners]
+        )
