@@ -23,6 +23,7 @@ CODES = {
     "too long": "E414",
     "contradiction": "E418",
     "blocked": "E418",
+    "signal": "E419",
 }
 
 
@@ -86,6 +87,8 @@ def explain_failure(
         return [Diagnostic("error", "E509", said, analysis.card.span if analysis else None, hint)]
     if kind == "unfit":
         return [_unfit(assembly, analysis, str(failure.get("why", "")))]
+    if kind == "signal":
+        return [_signal(assembly, str(failure.get("signal", "")), float(failure.get("t") or 0.0))]
     if kind == "contradiction":
         from .afterwards import condition
 
@@ -150,6 +153,15 @@ def explain_failure(
         hints.append(growth or "try: " + _advice(assembly, failure, kind, point, unknown))
     span = lines[0][0] if lines else (analysis.card.span if analysis else None)
     return [Diagnostic("error", CODES.get(kind, "E410"), what, span, "\n".join(hints), lines)]
+
+
+def _signal(assembly: Assembly, signal: str, t: float) -> Diagnostic:
+    """A clocked signal that is no number."""
+    block, _, name = signal.partition("#")[0].rpartition(".")
+    card = next((c for c in assembly.flat.clocked if c.name == (block or signal)), None)
+    span = None if card is None else card.param_spans.get(name, card.span)
+    hint = "limit what is divided by there, and what grows from tick to tick: limit(x,lo,hi)"
+    return Diagnostic("error", CODES["signal"], f"`{signal}` is not finite at the tick at t = {t:.6g} s", span, hint)
 
 
 def _blocked(assembly: Assembly, failure: dict[str, Any]) -> Diagnostic:

@@ -7,6 +7,7 @@
 
 pub mod assembly; // constraints: position and velocity projection, rank
 pub mod bounds; // between which values an expression of time lies
+pub mod clocked; // signals that change at the ticks of clocks
 pub mod conditions; // what flags ask for at their thresholds
 pub mod derive; // reverse and forward differentiation, substitution
 pub mod devices; // semiconductor kernels, one file each
