@@ -305,7 +305,7 @@ OF_TIME = {
 OF_TICKS = {
     "past": ("past(x,k)", "x as it was k ticks before; as x[-k]"),
     "pre": ("pre(x)", "x as it was one tick before; as x[-1]"),
-    "pid": ("pid(e,kp,ki,kd,lo,hi[,tf])", "PID controller whose integral stands while the output is at lo or hi; tf [s] filters kd"),
+    "pid": ("pid(e,kp,ki,kd,lo,hi[,tf])", "PID controller, its integral stands while u is at lo or hi; tf [s] filters kd"),
     "average": ("average(x,n)", "mean of the last n values"),
     "ztf": ("ztf(x,b0,..,bn,a0,..,an)", "transfer function (b0 + .. + bn z^-n)/(a0 + .. + an z^-n)"),
     "slew": ("slew(x,down,up)", "x, but no faster than down and up [1/s]"),

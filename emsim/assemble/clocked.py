@@ -1,7 +1,7 @@
 """CLOCK, BLOCK and PWM as rules of the engine (engine/src/clocked.rs).
 
-A rule is an expression of what is just before a tick. Signals of the same clock are put into each other, so that one program gives
-them all; x[-1] is a signal of its own that takes over x before x is computed. Signals are computed in the order of what they
+A rule is an expression of what is just before a tick. Signals of the same clock are put into each other, so that one program
+gives them all; x[-1] is a signal of its own that takes over x before x is computed. Signals are computed in the order of what they
 read, whatever their clocks, and what reads itself without a tick in between is an error.
 
 Conditions in rules are looked at when a tick comes: they are numbers there, no events. The functions of blocks are difference
@@ -14,7 +14,6 @@ from ..build import parse_expression
 from ..cards.block import Block
 from ..cards.clock import Clock
 from ..cards.pwm import TIMES, Pwm
-from ..diagnostics import suggest
 from ..expr import PAST, SIGNAL, Binary, Call, Cond, Name, Node, Num, rewritten
 from ..functions import OF_TICKS, OF_TIME
 from .behaviour import Compiler
@@ -45,7 +44,7 @@ READY = {
             "w": "kp*e + d + j",
             "i": "(w > hi && j > i[-1]) || (w < lo && j < i[-1]) ? i[-1] : j",
         },
-        "limit(kp*e + d + i, lo, hi)",
+        "min(max(kp*e + d + i, lo), hi)",
     ),
     "slew": ("x down up", {"y": "min(max(x, y[-1] - down*ts), y[-1] + up*ts)"}, "y"),
     # two levels that are a quarter of a line apart: (a xor b before) - (a before xor b)
@@ -264,7 +263,9 @@ class AtTicks(Compiler):
         signal = self.clocks.signals[name]
         if signal.value is None and name in self._open:
             ring = [n for n in [*self._open[self._open.index(name) :], name] if "#" not in n]
-            said = f"the signals {' -> '.join(ring)} need each other at one tick" if len(set(ring)) > 1 else f"`{ring[0]}` needs itself at one tick"
+            said = f"`{ring[0]}` needs itself at one tick"
+            if len(set(ring)) > 1:
+                said = f"the signals {' -> '.join(ring)} need each other at one tick"
             ask = f"what it was a tick before is {name.rpartition('.')[2]}[-1]"
             self.ctx.sink.error("E391", said, self._where or signal.span, ask)
             signal.value = self.ctx.b.const(0.0)
@@ -289,6 +290,13 @@ class AtTicks(Compiler):
             return super()._name(node)
         value = self.value(name)
         return value if signal.clock == self._block.clock or signal.number is None else signal.wave
+
+    def _fn_limit(self, node: Call) -> Expr:
+        """x kept between lo and hi: no line of ngspice could mean it otherwise."""
+        if not self._expects(node, 3):
+            return self.ctx.b.const(0.0)
+        x, low, high = (self._node(a) for a in node.args)
+        return self.ctx.min_(self.ctx.max_(x, low), high)
 
     def _divide(self, a: Expr, b: Expr, mechanical: bool, node: Binary) -> Expr:
         return super()._divide(a, b, mechanical, node) if b.value is not None else a / b

@@ -1,7 +1,7 @@
 """BLOCK: difference equations, computed at the ticks of a clock; their values stay what they are in between.
 
-Its parameters are its signals: x={expression}, x[-1]=value before the first tick, v(node)={expression} for a voltage. How they become
-rules of the engine: assemble/clocked.py.
+Its parameters are its signals: x={expression}, x[-1]=value before the first tick, v(node)={expression} for a voltage. How they
+become rules of the engine: assemble/clocked.py.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Block(Card):
             said, hint = f"{key}= of BLOCK {self.name} has to be known before the run", "a number, or parameters in braces"
         elif bracket:
             self.starts.setdefault(name, {})[ago or 1] = float(value)
-        elif name[:2] != "v(" and not name.replace("_", "a").isalnum() or name[:1].isdigit():
+        elif (name[:2] != "v(" and not name.replace("_", "a").isalnum()) or name[:1].isdigit():
             said, hint = f"`{name}` cannot be a signal's name", "letters, digits and _ make a name"
         else:
             self.equations[name] = value

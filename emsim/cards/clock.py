@@ -1,4 +1,4 @@
-"""CLOCK: when blocks are computed. It ticks at t = offset + k period, k = 0, 1, ..; what is computed at a tick is seen `delay` later."""
+"""CLOCK: when blocks are computed, t = offset + k period, k = 0, 1, ..; what is computed at a tick is seen `delay` later."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ class Clock(Card):
     def check(self, sink: Sink) -> None:
         pace = [key for key in ("freq", "period", "every") if self.given(key)]
         if len(pace) > 1 or (self.every is None) != (self.of is None):
-            said = f"CLOCK {self.name} is given a pace twice" if len(pace) > 1 else f"CLOCK {self.name} needs of= and every= together"
+            twice = f"CLOCK {self.name} is given a pace twice"
+            said = twice if len(pace) > 1 else f"CLOCK {self.name} needs of= and every= together"
             sink.error("E390", said, self.place(pace[-1]), f"the form is: {self.spec.form}")
         for key in ("every", "skip"):
             value = getattr(self, key)

@@ -37,8 +37,13 @@ def bind_clocked(card: MachineCard, level: Level) -> tuple[MachineCard, list[Ele
             nodes = [level.node(n, None) for n in key[2:-1].split(",")]
             signal = f"v({','.join(nodes)})"
             spans[signal] = spans[key]
-            params[signal] = bind_value(told(value), level.scope)
-            elements.append(_source(f"{name}.{nodes[0]}", nodes, f"{name}.{signal}", spans[key]))
+            made = bind_value(told(value), level.scope)
+            whole = f"{name}.{signal}"
+            if isinstance(made, Name):  # a signal as it is, with its value before the first tick
+                whole = made.id.removeprefix(SIGNAL)
+            else:
+                params[signal] = made
+            elements.append(_source(f"{name}.{nodes[0]}", nodes, whole, spans[key]))
         else:
             params[key] = bind_value(told(value), level.scope)
     args = [level.ref(r) for r in card.args]
