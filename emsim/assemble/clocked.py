@@ -1,8 +1,8 @@
 """CLOCK, BLOCK and PWM as rules of the engine (engine/src/clocked.rs).
 
 A rule is an expression of what is just before a tick. Signals of the same clock are put into each other, so that one program
-gives them all; x[-1] is a signal of its own that takes over x before x is computed. Signals are computed in the order of what they
-read, whatever their clocks, and what reads itself without a tick in between is an error.
+gives them all; x[-1] is a signal of its own that takes over x before x is computed. Signals are computed in the order of what
+they read, whatever their clocks, and what reads itself without a tick in between is an error.
 
 Conditions in rules are looked at when a tick comes: they are numbers there, no events. The functions of blocks are difference
 equations (READY), whose own signals carry a `#` in their names.
@@ -112,7 +112,8 @@ class Clocks:
             if base is None:
                 return None
             if base.name in [*above, card.name]:
-                ctx.sink.error("E390", f"the clock `{card.name}` goes with itself", card.place("of"), "one of them needs freq= or period=")
+                said = f"the clock `{card.name}` goes with itself"
+                ctx.sink.error("E390", said, card.place("of"), "one of them needs freq= or period=")
                 return None
             of = self._clock(ctx, base, [*above, card.name])
             times = None if of is None else (of[0] * (card.every or 1.0), of[1] + card.skip * of[0])
@@ -203,10 +204,9 @@ class Clocks:
         where = ctx.flat.clocked[0].span
         for a in analyses:
             if a.word in SMALL:
-                ctx.sink.warning(
-                    "W390", f"under .{a.word} blocks hold their values from before the first tick: loops through them are open", where,
-                    "the response of a sampled loop is seen by .tran with a sine, or by the loop in continuous time: V={kp*v(e)+ki*idt(v(e))}",
-                )  # fmt: skip
+                said = f"under .{a.word} blocks hold their values from before the first tick: loops through them are open"
+                hint = "a .tran with a sine shows the response of a sampled loop; V={kp*v(e)+ki*idt(v(e))} is one in continuous time"
+                ctx.sink.warning("W390", said, where, hint)
             elif a.word in PERIODIC:
                 said = f".{a.word} does not find the state of blocks: what they remember is no unknown"
                 ctx.sink.error("E440", said, a.card.span, ".tran over many periods, with tstart near the end, shows it")
@@ -335,7 +335,8 @@ class AtTicks(Compiler):
         return self.clocks.ago(self.ctx, name, int(ticks)).wave
 
     def _unkept(self, node: Call, name: str) -> Expr:
-        return self._error("E390", f"`{name}` is the level of a timer, it has no ticks of its own", node, f"x={{{name}}}, and then x[-1]")
+        said = f"`{name}` is the level of a timer, it has no ticks of its own"
+        return self._error("E390", said, node, f"x={{{name}}}, and then x[-1]")
 
     def _signal(self, name: str, ast: Node) -> str:
         """A signal more of the block at hand; its full name."""

@@ -71,4 +71,5 @@ class Block(Card):
         for name in self.starts:
             if name not in self.equations:
                 key = next(key for key in self.raw.params if key.partition("[")[0] == name)
-                sink.error("E390", f"BLOCK {self.name} has no signal `{name}`", self.place(key), f"give it an equation: {name}={{..}}")
+                said = f"BLOCK {self.name} has no signal `{name}`"
+                sink.error("E390", said, self.place(key), f"give it an equation: {name}={{..}}")

@@ -42,6 +42,8 @@ class Clock(Card):
         for key in ("every", "skip"):
             value = getattr(self, key)
             if value is not None and value != round(value):
-                sink.error("E390", f"{key}= of CLOCK {self.name} is {value:g}; it counts ticks", self.place(key), "a whole number")
+                said = f"{key}= of CLOCK {self.name} is {value:g}; it counts ticks"
+                sink.error("E390", said, self.place(key), "a whole number")
         if self.of is not None and self.given("offset"):
-            sink.error("E390", f"CLOCK {self.name} has its first tick from `{self.of}`", self.place("offset"), "skip= counts its ticks")
+            said = f"CLOCK {self.name} has its first tick from `{self.of}`"
+            sink.error("E390", said, self.place("offset"), "skip= counts its ticks")
