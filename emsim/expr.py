@@ -176,7 +176,6 @@ def ticks_ago(brackets: str) -> int | None:
     return int(inside[1:]) if inside[:1] == "-" and inside[1:].isdecimal() and inside.strip("-0") else None
 
 
-
 # ---- meaning on constants ----
 
 _LIMIT, _MOST_CALLS = 64, 100_000  # .func calls: how deep, and how many in one expression
@@ -458,7 +457,9 @@ FOREIGN = {
 
 
 def unknown_function(node: Call) -> ExprError:
-    near = SYNONYMS.get(node.fn) or suggest(node.fn, [*MATH, *RANDOM, *BRANCHES, *PROBES, *OF_TIME, *OF_TICKS])
+    near = SYNONYMS.get(node.fn) or suggest(
+        node.fn, [*MATH, *RANDOM, *BRANCHES, *PROBES, *OF_TIME, *OF_TICKS]
+    )
     foreign = FOREIGN.get(node.fn)
     fixes = instead(node.span, node.fn, near) if near and foreign is None else []
     if near in PROBES:

@@ -150,8 +150,14 @@ class Clocks:
         for name, text in zip(("on", "off"), TIMES[card.align], strict=True):
             ast = local(text, {"duty": f"{card.name}.duty", "ts": f"{card.name}.ts"})
             # a number is a signal here, too: timers read signals
-            times.append(self.add(ctx, f"{card.name}.#{name}", Signal(card.name, k, ast, {}, card.place("duty")), True).number)
-        for name, wave in zip(("high", "low"), ctx.b.clocked_timer(k, times[0], times[1], card.dead), strict=True):
+            times.append(
+                self.add(
+                    ctx, f"{card.name}.#{name}", Signal(card.name, k, ast, {}, card.place("duty")), True
+                ).number
+            )
+        for name, wave in zip(
+            ("high", "low"), ctx.b.clocked_timer(k, times[0], times[1], card.dead), strict=True
+        ):
             level = Signal(card.name, k, None, {}, card.span)
             level.value = level.wave = level.shown = ctx.b.wave_expr(wave)
             self.signals[f"{card.name}.{name}"] = level
@@ -174,7 +180,9 @@ class Clocks:
             named = f"{name}#{k}"
             older = self.signals.get(named)
             if older is None:
-                older = Signal(newer.block, newer.clock, None, {1: self.signals[name].start(k + 1)}, newer.span)
+                older = Signal(
+                    newer.block, newer.clock, None, {1: self.signals[name].start(k + 1)}, newer.span
+                )
                 self.add(ctx, named, older)
                 older.value = older.wave
                 self.past.setdefault(newer.clock, []).append((older, newer))
@@ -189,7 +197,9 @@ class Clocks:
         for name in list(self.signals):
             compiler.value(name)
         for clock, pairs in self.past.items():
-            ctx.b.clocked_rule(clock, [older.number for older, _ in pairs], [newer.wave for _, newer in pairs])
+            ctx.b.clocked_rule(
+                clock, [older.number for older, _ in pairs], [newer.wave for _, newer in pairs]
+            )
         group: list[Signal] = []
         for signal in [*compiler.order, None]:
             if group and (signal is None or signal.clock != group[0].clock):
@@ -205,11 +215,13 @@ class Clocks:
         for a in analyses:
             if a.word in SMALL:
                 said = f"under .{a.word} blocks hold their values from before the first tick: loops through them are open"
-                hint = "a .tran with a sine shows the response of a sampled loop; V={kp*v(e)+ki*idt(v(e))} is one in continuous time"
+                hint = "a .tran with a sine shows the response of a sampled loop"
                 ctx.sink.warning("W390", said, where, hint)
             elif a.word in PERIODIC:
                 said = f".{a.word} does not find the state of blocks: what they remember is no unknown"
-                ctx.sink.error("E440", said, a.card.span, ".tran over many periods, with tstart near the end, shows it")
+                ctx.sink.error(
+                    "E440", said, a.card.span, ".tran over many periods, with tstart near the end, shows it"
+                )
 
 
 def local(text: str, names: dict[str, str]) -> Node:
@@ -271,7 +283,11 @@ class AtTicks(Compiler):
             signal.value = self.ctx.b.const(0.0)
         if signal.value is None:
             self._open.append(name)
-            found = self.compile(signal.ast, signal.span) if isinstance(signal.ast, Node) else self.ctx.b.const(float(signal.ast))
+            found = (
+                self.compile(signal.ast, signal.span)
+                if isinstance(signal.ast, Node)
+                else self.ctx.b.const(float(signal.ast))
+            )
             self._open.pop()
             if signal.value is None:
                 signal.value = found
@@ -307,7 +323,9 @@ class AtTicks(Compiler):
     def _call(self, node: Call) -> Expr:
         if node.fn in OF_TIME:
             said = f"`{node.fn}` is of continuous time: between the ticks of a BLOCK there is none"
-            return self._error("E392", said, node, "the slope of a signal is (x - x[-1])/ts, its integral y={y[-1] + ts*x}")
+            return self._error(
+                "E392", said, node, "the slope of a signal is (x - x[-1])/ts, its integral y={y[-1] + ts*x}"
+            )
         if node.fn in ("pre", PAST):
             return self._past(node)
         if node.fn in OF_TICKS:
@@ -376,7 +394,9 @@ class AtTicks(Compiler):
         if n is None or n != round(n) or not 1 <= n <= MOST_TICKS:
             return self._error("E390", f"`average` is of a number of values, 1 to {MOST_TICKS}", node.args[1])
         terms = ["x", *(f"x[-{k}]" for k in range(1, int(n)))]
-        return self._template(Call(node.fn, node.args[:1], node.at), ["x"], {}, f"({'+'.join(terms)})/{int(n)}")
+        return self._template(
+            Call(node.fn, node.args[:1], node.at), ["x"], {}, f"({'+'.join(terms)})/{int(n)}"
+        )
 
     def _made_ztf(self, node: Call) -> Expr:
         count, odd = divmod(len(node.args) - 1, 2)
@@ -384,7 +404,10 @@ class AtTicks(Compiler):
             said = "`ztf` takes x, then as many coefficients of the numerator as of the denominator, in powers of z^-1"
             return self._error("E123", said, node, "(z^-1)/(1 - 0.5 z^-1) is ztf(x, 0,1, 1,-0.5)")
         b, a = ([f"{letter}{k}" for k in range(count)] for letter in "ba")
-        delayed = [*(f"{b[k]}*x[-{k}]" for k in range(1, count)), *(f"0-{a[k]}*y[-{k}]" for k in range(1, count))]
+        delayed = [
+            *(f"{b[k]}*x[-{k}]" for k in range(1, count)),
+            *(f"0-{a[k]}*y[-{k}]" for k in range(1, count)),
+        ]
         y = "+".join(f"({term})" for term in ("b0*x", *delayed))
         return self._template(node, ["x", *b, *a], {"y": f"({y})/a0"}, "y")
 

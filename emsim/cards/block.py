@@ -48,15 +48,30 @@ class Block(Card):
         name = key.partition("[")[0]
         said = hint = ""
         if key == "value":
-            said, hint = f"BLOCK {self.name} has a value without a name", "each signal has a name: x={expression}"
+            said, hint = (
+                f"BLOCK {self.name} has a value without a name",
+                "each signal has a name: x={expression}",
+            )
         elif name in RESERVED:
-            said, hint = f"a signal cannot be called `{name}`", "that word means something else in expressions"
+            said, hint = (
+                f"a signal cannot be called `{name}`",
+                "that word means something else in expressions",
+            )
         elif isinstance(value, (str, tuple)) or type(value).__name__ == "Waveform":
-            said, hint = f"`{key}` of BLOCK {self.name} is no expression", "an expression stands in braces: x={v(in)}"
+            said, hint = (
+                f"`{key}` of BLOCK {self.name} is no expression",
+                "an expression stands in braces: x={v(in)}",
+            )
         elif bracket and (ago := ticks_ago(bracket + past)) is None:
-            said, hint = f"`{key}` is no tick before the first", "x[-1]=0 is x before the first tick, x[-2] before that"
+            said, hint = (
+                f"`{key}` is no tick before the first",
+                "x[-1]=0 is x before the first tick, x[-2] before that",
+            )
         elif bracket and not is_number(value):
-            said, hint = f"{key}= of BLOCK {self.name} has to be known before the run", "a number, or parameters in braces"
+            said, hint = (
+                f"{key}= of BLOCK {self.name} has to be known before the run",
+                "a number, or parameters in braces",
+            )
         elif bracket:
             self.starts.setdefault(name, {})[ago or 1] = float(value)
         elif (name[:2] != "v(" and not name.replace("_", "a").isalnum()) or name[:1].isdigit():

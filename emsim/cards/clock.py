@@ -23,7 +23,9 @@ class Clock(Card):
         of=Default(None, "", "clock that it goes with", kind="word"),
         every=Default(None, "", "ticks of that clock from tick to tick", least=1.0),
         skip=Default(0.0, "", "ticks of that clock before its first one", least=0.0),
-        delay=Default(0.0, "s", "time from a tick until circuit and machine see what was computed", least=0.0),
+        delay=Default(
+            0.0, "s", "time from a tick until circuit and machine see what was computed", least=0.0
+        ),
     )
     freq: float | None
     period: float | None

@@ -26,7 +26,9 @@ class Pwm(Card):
         meaning="a timer: on for a share of each period of its clock, with exact edges",
         laws={"high": "1 for duty ts of each period"},
         clock=Required("", "clock whose period it is", kind="word"),
-        duty=Required("", "share of the period for which it is on; 0 and less: never, 1 and more: always", kind="value"),
+        duty=Required(
+            "", "share of the period for which it is on; 0 and less: never, 1 and more: always", kind="value"
+        ),
         align=Default("centre", "", "where in the period it is on", kind="word", words=ALIGNED),
         dead=Default(0.0, "s", "time between one output's fall and the other one's rise", least=0.0),
         level=Default(1.0, "V", "of the nodes while they are on"),

@@ -21,12 +21,18 @@ BLOCKS = ("BLOCK", "PWM")  # that have signals
 def bind_clocked(card: MachineCard, level: Level) -> tuple[MachineCard, list[Element]]:
     """The card at its level, and the sources that it brings. Raises ExprError."""
     name = level.prefix + card.name
-    own = {"ts", *(key.partition("[")[0] for key in card.params)} - {"clock"} if card.kind == "BLOCK" else set()
+    own = (
+        {"ts", *(key.partition("[")[0] for key in card.params)} - {"clock"} if card.kind == "BLOCK" else set()
+    )
+
+    def known(node: Node) -> Node | None:
+        if isinstance(node, Name) and node.id in own:
+            return Name(f"{SIGNAL}{name}.{node.id}", node.at)
+        return None
 
     def told(value: Any) -> Any:
         if not isinstance(value, Node):
             return value
-        known = lambda n: Name(f"{SIGNAL}{name}.{n.id}", n.at) if n.__class__ is Name and n.id in own else None  # noqa: E731
         return rewritten(value, known)
 
     params: dict[str, Any] = {}
@@ -52,7 +58,9 @@ def bind_clocked(card: MachineCard, level: Level) -> tuple[MachineCard, list[Ele
         volts = params.get("level", 1.0)
         source.value = Binary("*", Num(volts if isinstance(volts, float) else 1.0), source.value)
         elements.append(source)
-    flat = MachineCard(card.kind, name, args, params, card.wave, card.span, spans, card.line, card.units, card.groups)
+    flat = MachineCard(
+        card.kind, name, args, params, card.wave, card.span, spans, card.line, card.units, card.groups
+    )
     return flat, elements
 
 

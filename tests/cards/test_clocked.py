@@ -1,4 +1,4 @@
-"""CLOCK, BLOCK, PWM: values against recursions in Python, a sampled servo against its exact discretisation, edges against arithmetic."""
+"""CLOCK, BLOCK, PWM: values beside recursions in Python, a sampled servo beside its exact discretisation, edges."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,9 @@ def held(r: emsim.Result, name: str, ticks: np.ndarray, period: float) -> np.nda
 
 
 def test_difference_equations_are_exact():
-    r = run(EMPTY + "CLOCK clk period=1m\nBLOCK b clock=clk x[-1]=1 x[-2]=-1 x={1.6*x[-1] - 0.89*x[-2] + v(in)}")
+    r = run(
+        EMPTY + "CLOCK clk period=1m\nBLOCK b clock=clk x[-1]=1 x[-2]=-1 x={1.6*x[-1] - 0.89*x[-2] + v(in)}"
+    )
     x, expected = [-1.0, 1.0], []
     for _ in range(20):
         x.append(1.6 * x[-1] - 0.89 * x[-2] + 1.0)
@@ -64,7 +66,10 @@ def test_pid_keeps_to_its_bounds_and_does_not_wind_up():
 
 def test_states_and_counts():
     deck = "V1 in 0 PULSE(0 5 0 1n 1n 3m 6m)\nV2 b 0 PULSE(0 5 1.5m 1n 1n 3m 6m)\nCLOCK clk period=1m offset=0.2m\n"
-    r = run(deck + "BLOCK m clock=clk s={next(s[-1], 0,v(in)>1,1, 1,v(in)<1,2, 2,v(in)>1,0)} n={quad(v(in)/5, v(b)/5)}")
+    r = run(
+        deck
+        + "BLOCK m clock=clk s={next(s[-1], 0,v(in)>1,1, 1,v(in)<1,2, 2,v(in)>1,0)} n={quad(v(in)/5, v(b)/5)}"
+    )
     assert [r.at("m.s", t) for t in (0.1e-3, 0.5e-3, 3.5e-3, 6.5e-3, 7.5e-3)] == [0, 1, 2, 0, 1]
     # four counts each 6 ms, up as a is before b
     assert r.at("m.n", 18.1e-3) - r.at("m.n", 6.1e-3) == 8
@@ -82,8 +87,8 @@ MOTOR m1 drive 0 shaft kt=20m r=2 l=1m b=1u
 
 def exact_servo(ticks: int) -> np.ndarray:
     """Current, speed, angle at the ticks: x' = A x + B u with u held, by the exponential of (A B; 0 0)."""
-    r, l, k, b, j, h = 2.0, 1e-3, 20e-3, 1e-6, 20e-6, 1 / 20e3
-    a = np.array([[-r / l, -k / l, 0, 1 / l], [k / j, -b / j, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0]])
+    r, coil, k, b, j, h = 2.0, 1e-3, 20e-3, 1e-6, 20e-6, 1 / 20e3
+    a = np.array([[-r / coil, -k / coil, 0, 1 / coil], [k / j, -b / j, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0]])
     step, x, found = expm(a * h), np.zeros(3), []
     for _ in range(ticks):
         found.append(x)
@@ -107,12 +112,14 @@ def test_two_points_a_sample():
 
 
 @pytest.mark.parametrize(
-    ("align", "begin"), [("left", lambda d: 0.0), ("right", lambda d: 1 - d), ("centre", lambda d: (1 - d) / 2)]
+    ("align", "begin"),
+    [("left", lambda d: 0.0), ("right", lambda d: 1 - d), ("centre", lambda d: (1 - d) / 2)],
 )
 def test_edges_of_timers(align, begin):
     """Duties 0.13, 0.26, .. 1.04: the last pulse fills its period."""
     r = run(
-        EMPTY + f"CLOCK clk period=1m\nPWM p clock=clk duty={{d.x}} align={align}\nBLOCK d clock=clk x={{x[-1] + 0.13}}",
+        EMPTY
+        + f"CLOCK clk period=1m\nPWM p clock=clk duty={{d.x}} align={align}\nBLOCK d clock=clk x={{x[-1] + 0.13}}",
         ".tran 1m 8m",
     )
     t, high = np.asarray(r["time"]), np.asarray(r["p.high"])
@@ -129,7 +136,8 @@ def test_edges_of_timers(align, begin):
 
 def test_dead_time_and_nodes():
     r = run(
-        EMPTY + "CLOCK clk period=1m\nPWM p g h clock=clk duty=0.4 dead=0.05m level=5\nR2 g 0 1k\nR3 h 0 1k", ".tran 1m 4m"
+        EMPTY + "CLOCK clk period=1m\nPWM p g h clock=clk duty=0.4 dead=0.05m level=5\nR2 g 0 1k\nR3 h 0 1k",
+        ".tran 1m 4m",
     )
     at = lambda name, t: r.at(name, 2e-3 + t * 1e-3)  # noqa: E731
     assert [at("v(g)", t) for t in (0.34, 0.36, 0.69, 0.71)] == pytest.approx([0, 5, 5, 0])
@@ -158,7 +166,7 @@ def test_messages(lines, said):
 
 
 def test_a_tick_without_a_value_ends_the_run():
-    with pytest.raises(Exception, match="b.x. is not finite"):
+    with pytest.raises(Exception, match=r"b\.x. is not finite"):
         run(EMPTY + "CLOCK clk period=1m\nBLOCK b clock=clk z={z[-1] + 1} x={1/(3 - z)}")
 
 
@@ -173,10 +181,10 @@ def test_operating_point_and_small_signals_hold_what_was_before():
 
 
 def test_field_oriented_control_beside_its_equations_in_rotor_axes():
-    """The inverter's voltages stand still between ticks while the rotor turns: di/dt in rotor axes with the voltage turned back."""
+    """Voltages stand still between ticks while the rotor turns: di/dt in rotor axes with the voltage turned back."""
     from scipy.integrate import solve_ivp
 
-    rs, l, psi, p, j = 0.3, 0.6e-3, 12e-3, 4, 100e-6
+    rs, coil, psi, p, j = 0.3, 0.6e-3, 12e-3, 4, 100e-6
     r = emsim.run("netlists/coupled/foc_sampled.cir")
     period, x, i = 1 / 20e3, np.zeros(4), np.zeros(3)  # x: id, iq, speed, angle
 
@@ -196,8 +204,8 @@ def test_field_oriented_control_beside_its_equations_in_rotor_axes():
             w = p * x[2]
             torque = 1.5 * p * psi * x[1] - 0.1
             return [
-                (turned.real - rs * x[0] + w * l * x[1]) / l,
-                (turned.imag - rs * x[1] - w * (l * x[0] + psi)) / l,
+                (turned.real - rs * x[0] + w * coil * x[1]) / coil,
+                (turned.imag - rs * x[1] - w * (coil * x[0] + psi)) / coil,
                 torque / j,
                 x[2],
             ]
