@@ -57,13 +57,13 @@ READY = {
 
 
 class Signal:
-    """x of a block. `wave` is what rules read and `shown` what all others do; constants and timers have no `number`."""
+    """x of a block. `wave` is what rules read and `shown` what all others do; of constants and timers `number` is -1."""
 
     __slots__ = ("ast", "block", "clock", "number", "shown", "span", "starts", "value", "wave")
 
     def __init__(self, block: str, clock: int, ast: Any, starts: dict[int, float], span: Span) -> None:
         self.block, self.clock, self.ast, self.starts, self.span = block, clock, ast, starts, span
-        self.number: int | None = None
+        self.number = -1
         self.wave: Any = None
         self.shown: Any = None
         self.value: Expr | None = None  # its rule
@@ -305,7 +305,7 @@ class AtTicks(Compiler):
         if signal is None:
             return super()._name(node)
         value = self.value(name)
-        return value if signal.clock == self._block.clock or signal.number is None else signal.wave
+        return value if signal.clock == self._block.clock or signal.number < 0 else signal.wave
 
     def _fn_limit(self, node: Call) -> Expr:
         """x kept between lo and hi: no line of ngspice could mean it otherwise."""
@@ -348,7 +348,7 @@ class AtTicks(Compiler):
             return self._error("E390", said, node, "give it a name first: x={..}, and then x[-1]")
         if ticks != round(ticks) or not 1 <= ticks <= MOST_TICKS:
             return self._error("E390", f"x[-k] looks 1 to {MOST_TICKS} ticks back, not {ticks:g}", node)
-        if signal.number is None:
+        if signal.number < 0:
             return signal.wave if signal.ast is not None else self._unkept(node, name)
         return self.clocks.ago(self.ctx, name, int(ticks)).wave
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 from ..analyses import transients
 from ..assemble.scene import FREE
 from ..diagnostics import ConvergenceError, DeckError, Diagnostic
-from ..expr import SIGNAL, Binary, Call, Cond, Name, Node, Num, Unary, to_text, names
+from ..expr import SIGNAL, Binary, Call, Cond, Name, Node, Num, Unary, names, to_text
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
