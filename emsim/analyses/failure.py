@@ -87,8 +87,6 @@ def explain_failure(
         return [Diagnostic("error", "E509", said, analysis.card.span if analysis else None, hint)]
     if kind == "unfit":
         return [_unfit(assembly, analysis, str(failure.get("why", "")))]
-    if kind == "signal":
-        return [_signal(assembly, str(failure.get("signal", "")), float(failure.get("t") or 0.0))]
     if kind == "contradiction":
         from .afterwards import condition
 
@@ -99,8 +97,8 @@ def explain_failure(
             "conditions that set each other off have no value; a small delay between them (R and C) gives one"
         )
         return [Diagnostic("error", CODES[kind], f"{said} contradicts itself or others {when}", span, hint)]
-    if kind == "blocked":
-        return [_blocked(assembly, failure)]
+    if kind in ("blocked", "signal"):
+        return [(_blocked if kind == "blocked" else _signal)(assembly, failure)]
     if kind == "too long":
         from .watch import too_long
 
@@ -155,8 +153,9 @@ def explain_failure(
     return [Diagnostic("error", CODES.get(kind, "E410"), what, span, "\n".join(hints), lines)]
 
 
-def _signal(assembly: Assembly, signal: str, t: float) -> Diagnostic:
+def _signal(assembly: Assembly, failure: dict[str, Any]) -> Diagnostic:
     """A clocked signal that is no number."""
+    signal, t = str(failure.get("signal", "")), float(failure.get("t") or 0.0)
     block, _, name = signal.partition("#")[0].rpartition(".")
     card = next((c for c in assembly.flat.clocked if c.name == (block or signal)), None)
     span = None if card is None else card.param_spans.get(name, card.span)
