@@ -160,7 +160,9 @@ def _signal(assembly: Assembly, failure: dict[str, Any]) -> Diagnostic:
     card = next((c for c in assembly.flat.clocked if c.name == (block or signal)), None)
     span = None if card is None else card.param_spans.get(name, card.span)
     hint = "limit what is divided by there, and what grows from tick to tick: limit(x,lo,hi)"
-    return Diagnostic("error", CODES["signal"], f"`{signal}` is not finite at the tick at t = {t:.6g} s", span, hint)
+    return Diagnostic(
+        "error", CODES["signal"], f"`{signal}` is not finite at the tick at t = {t:.6g} s", span, hint
+    )
 
 
 def _blocked(assembly: Assembly, failure: dict[str, Any]) -> Diagnostic:

@@ -141,7 +141,9 @@ class Compiler:
 
     def _no_signal(self, node: Name, name: str) -> Expr:
         block, _, word = name.rpartition(".")
-        own = [s.rpartition(".")[2] for s in self.ctx.signals if s.rpartition(".")[0] == block and "#" not in s]
+        own = [
+            s.rpartition(".")[2] for s in self.ctx.signals if s.rpartition(".")[0] == block and "#" not in s
+        ]
         near = suggest(word, own)
         hint = f"did you mean `{block}.{near}`?" if near else f"it has {', '.join(own)}"
         return self._error("E390", f"`{block}` has no signal `{word}`", node, hint)

@@ -263,7 +263,11 @@ def everything(ctx: Context) -> list[Output]:
     x = ctx.b.x
     found = [Output(f"v({name})", "V", x(i)) for name, i in ctx.nodes.items()]
     found += [Output(f"v({name})", "", level) for name, (_, level) in ctx.digital.items()]
-    found += [Output(name, "", e) for name, e in ctx.signals.items() if e.value is None and not {"#", "("} & set(name)]
+    found += [
+        Output(name, "", e)
+        for name, e in ctx.signals.items()
+        if e.value is None and not {"#", "("} & set(name)
+    ]
     found += [Output(f"i({name})", "A", x(i)) for name, i in ctx.branches.items() if name not in ctx.aside]
     if ctx.machine is not None:
         for name in ctx.machine.default_outputs():

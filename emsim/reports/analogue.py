@@ -206,7 +206,9 @@ class Net:
         for name in names(ast):
             if name.startswith(SIGNAL):
                 said = f"`{name.removeprefix(SIGNAL)}` is a signal of a BLOCK, which no circuit has"
-                raise DeckError(Diagnostic("error", "E311", said, ast.span, "compare the circuit without its controller"))
+                raise DeckError(
+                    Diagnostic("error", "E311", said, ast.span, "compare the circuit without its controller")
+                )
         return to_text(self._translate(ast))
 
     def refuse(self, card: Card, why: str = "has no counterpart in a circuit") -> None:
