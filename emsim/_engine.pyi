@@ -134,6 +134,16 @@ class Builder:
     ) -> None:
         """A digital part (`digital_parts`) between nodes: of each port (number, inverted) of its connections, none where it is
         open. ValueError: what is wrong, as a sentence."""
+    def clock(self, period: float, offset: float, delay: float) -> int:
+        """A clock that ticks at offset + k period [s]; what is computed at a tick is shown `delay` later."""
+    def clocked_signal(self, name: str, clock: int, initial: float) -> tuple[int, int, int]:
+        """A signal that its clock's rules set: its number, the wave that rules read, the wave that all others read."""
+    def clocked_rule(self, clock: int, signals: Sequence[int], values: Sequence[Expr]) -> None:
+        """What signals become at the clock's ticks, by unknowns and sources as they are just before it; rules are evaluated in the
+        order in which they are given, each of them as a whole."""
+    def clocked_timer(self, clock: int, on: int, off: int, dead: float) -> tuple[int, int]:
+        """A level that is 1 from one signal's value to the other's behind each tick [s], and its complement, as waves; both rise
+        `dead` [s] later."""
     def wave_expr(self, k: int) -> Expr: ...
     def still(self) -> int:
         """The wave that is 1 until a run begins, 0 from then on."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .diagnostics import Diagnostic, Fix, Span
-from .expr import TRANSFORM, Binary, Call, Cond, Name, Node, Num, Unary, rewritten
+from .expr import PAST, TRANSFORM, Binary, Call, Cond, Name, Node, Num, Unary, rewritten, ticks_ago
 from .source import Line
 from .syntax import LineError
 from .units import (
@@ -78,6 +78,8 @@ def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> 
         if fn in ("vm", "vp", "vr", "vi", "vdb"):
             args = [Name(a.span.text, a.at) if isinstance(a, Num) and a.span else a for a in args]
         return Call(fn, args, at) if dialect is None else dialect.call(fn, args, at)
+    if rule == "past":
+        return Call(PAST, [Name(children[0].lower(), at), Num(_ticks_ago(children[1], line))], at)
     if rule not in ("voltage", "current"):
         text = line.span_at(*extent(tree)).text
         raise error_at(
@@ -89,6 +91,14 @@ def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> 
             raise error_at("E102", f"`{children[3]}` is no number of a winding", line, children[3], "i(m1,2)")
         named[1] = Num(float(children[3]), line.span(children[3]))
     return Call(rule[0] if rule == "voltage" else "i", named, at)
+
+
+def _ticks_ago(leaf: Any, line: Line) -> float:
+    ago = ticks_ago(leaf)
+    if ago is None:
+        said = f"`{leaf}` is no number of ticks"
+        raise error_at("E102", said, line, leaf, "x[-1] is x as it was one tick before, x[-2] two")
+    return float(ago)
 
 
 def transform(tree: Any, line: Line) -> Node:

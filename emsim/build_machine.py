@@ -33,7 +33,7 @@ def machine_card(ch: list[Any], line: Line) -> MachineCard:
     card = MachineCard(kind, str(ch[1].lower()), [], {}, None, line.span(ch[0]), {}, line)
     for item in ch[2:]:
         rule = item[0] if item.__class__ is tuple else ""
-        if rule == "setting":
+        if rule in ("setting", "driven"):
             _setting(card, item, line)
         elif rule == "call_value" and item[1][0].lower() in WAVES:
             _positional(card, _wave(item, line), item, line)
@@ -75,7 +75,7 @@ def _is_value(card: MachineCard, word: Any) -> bool:
 
 def _setting(card: MachineCard, item: Any, line: Line) -> None:
     key_leaf, value_tree = item[1]
-    key = str(key_leaf.lower())
+    key = _key(key_leaf, line) if key_leaf.__class__ is tuple else str(key_leaf.lower())
     if key in card.param_spans:
         raise error_at("E117", f"`{key}` is given twice", line, key_leaf)
     card.param_spans[key] = line.span_at(*extent(item))
@@ -88,6 +88,15 @@ def _setting(card: MachineCard, item: Any, line: Line) -> None:
             card.params[key] = wave  # type: ignore[assignment]
     else:
         card.params[key] = machine_value(value_tree, line)
+
+
+def _key(call: Any, line: Line) -> str:
+    """What `v(a,b)={..}` of a BLOCK sets."""
+    words = parts(call[1][1][1])
+    if call[1][0].lower() != "v" or len(words) not in (1, 2) or any(w.__class__ is tuple for w in words):
+        said = "a voltage can be set so, v(node)= or v(n+,n-)=, and nothing else"
+        raise error_at("E102", said, line, call, "BLOCK name clock= v(out)={expression}")
+    return f"v({','.join(node_name(w) for w in words)})"
 
 
 def _positional(card: MachineCard, value: Any, item: Any, line: Line) -> None:

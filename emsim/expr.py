@@ -10,7 +10,7 @@ import math
 
 from .diagnostics import Placed, did_you_mean, instead, suggest
 from .draws import RANDOM, Draws, is_random
-from .functions import BRANCHES, MATH, OF_COLUMNS, OF_TIME, power
+from .functions import BRANCHES, MATH, OF_COLUMNS, OF_TICKS, OF_TIME, power
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -150,8 +150,10 @@ def to_text(node: Node) -> str:
     if isinstance(node, Num):
         return f"{node.value:g}" if float(f"{node.value:g}") == node.value else repr(node.value)
     if isinstance(node, Name):
-        return node.id
+        return node.id.removeprefix(SIGNAL)
     if isinstance(node, Call):
+        if node.fn == PAST and len(node.args) == 2:
+            return f"{to_text(node.args[0])}[-{to_text(node.args[1])}]"
         return f"{node.fn}({','.join(to_text(a) for a in node.args)})"
     if isinstance(node, Unary):
         return f"{node.op}{_bracketed(node.a)}"
@@ -166,6 +168,12 @@ def _bracketed(node: Node) -> str:
     text = to_text(node)
     plain = isinstance(node, (Name, Call)) or (isinstance(node, Num) and node.value >= 0)
     return text if plain else f"({text})"
+
+
+def ticks_ago(brackets: str) -> int | None:
+    """k of [-k], how many ticks ago; None for other text."""
+    inside = brackets[1:-1].replace(" ", "")
+    return int(inside[1:]) if inside[:1] == "-" and inside[1:].isdecimal() and inside.strip("-0") else None
 
 
 # ---- meaning on constants ----
@@ -263,6 +271,9 @@ PROBES = frozenset(
 )
 # before the name of what comes from outside while the model runs (fmus/ports.py); no name of a deck begins so
 OUTSIDE = "input "
+# before the name of a clocked signal where no parameter can be meant
+SIGNAL = "signal "
+PAST = "past"  # past(x,k) is x[-k]
 TRANSFORM = "s of a transform"  # the variable of a transfer function; no deck can write that name
 OWN = "x of itself"  # the current of a coil in its flux=, the voltage of a capacitor in its Q=: LTspice's x
 RUN_TIME_NAMES = frozenset(("time", "temper", "hertz"))
@@ -376,7 +387,7 @@ def _evaluate_call(node: Call, scope: Scope, calls: _Calls) -> float:
     if (function := MATH.get(node.fn)) is not None:
         _check_count(node, function.least, function.most)
         return _apply(function.value, tuple(_evaluate(a, scope, calls) for a in node.args), node)
-    if node.fn in PROBES or node.fn in OF_TIME or node.fn in OF_COLUMNS or scope.reads(node.fn):
+    if any(node.fn in known for known in (PROBES, OF_TIME, OF_TICKS, OF_COLUMNS)) or scope.reads(node.fn):
         raise ExprError(
             "E125",
             f"`{_short(node)}` is known only while the run goes on; a number is needed here",
@@ -446,7 +457,9 @@ FOREIGN = {
 
 
 def unknown_function(node: Call) -> ExprError:
-    near = SYNONYMS.get(node.fn) or suggest(node.fn, [*MATH, *RANDOM, *BRANCHES, *PROBES, *OF_TIME])
+    near = SYNONYMS.get(node.fn) or suggest(
+        node.fn, [*MATH, *RANDOM, *BRANCHES, *PROBES, *OF_TIME, *OF_TICKS]
+    )
     foreign = FOREIGN.get(node.fn)
     fixes = instead(node.span, node.fn, near) if near and foreign is None else []
     if near in PROBES:
@@ -527,7 +540,7 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], calls: _Calls) 
         args = [_fold_place(a, scope, bound, calls) for a in node.args]
         changed = any(a is not b for a, b in zip(args, node.args, strict=True))
         return scope.probe(Call(node.fn, args, node.at) if changed else node)
-    if not any(node.fn in known for known in (MATH, BRANCHES, OF_TIME, RANDOM)):
+    if not any(node.fn in known for known in (MATH, BRANCHES, OF_TIME, OF_TICKS, RANDOM)):
         raise unknown_function(node)  # before its arguments: they may be what a probe that was meant takes
     args = [_fold(a, scope, bound, calls) for a in node.args]
     if node.fn in BRANCHES:
@@ -566,7 +579,7 @@ def _is_run_time(node: Name) -> bool:
         node.id in RUN_TIME_NAMES
         or node.id in (TRANSFORM, OWN)
         or node.id[0] == "@"
-        or node.id.startswith(OUTSIDE)
+        or node.id.startswith((OUTSIDE, SIGNAL))
     )
 
 
@@ -615,7 +628,8 @@ def is_constant(node: Node) -> bool:
     if isinstance(node, Cond):
         return is_constant(node.c) and is_constant(node.a) and is_constant(node.b)
     assert isinstance(node, Call)
-    return node.fn not in PROBES and node.fn not in OF_TIME and all(is_constant(a) for a in node.args)
+    known_late = node.fn in PROBES or node.fn in OF_TIME or node.fn in OF_TICKS
+    return not known_late and all(is_constant(a) for a in node.args)
 
 
 def _short(node: Node) -> str:

@@ -301,6 +301,17 @@ OF_TIME = {
     "delay": ("delay(x,t)", "x as it was the time t before"),
     "absdelay": ("absdelay(x,t)", "x as it was the time t before, as in Verilog-A"),
 }
+# of BLOCK alone: what they are in difference equations stands in assemble/clocked.py
+OF_TICKS = {
+    "past": ("past(x,k)", "x as it was k ticks before; as x[-k]"),
+    "pre": ("pre(x)", "x as it was one tick before; as x[-1]"),
+    "pid": ("pid(e,kp,ki,kd,lo,hi[,tf])", "PID controller, its integral stands while u is at lo or hi; tf [s] filters kd"),
+    "average": ("average(x,n)", "mean of the last n values"),
+    "ztf": ("ztf(x,b0,..,bn,a0,..,an)", "transfer function (b0 + .. + bn z^-n)/(a0 + .. + an z^-n)"),
+    "slew": ("slew(x,down,up)", "x, but no faster than down and up [1/s]"),
+    "quad": ("quad(a,b)", "counts of an encoder's two levels, a before b upwards: four a line, one at most a tick"),
+    "next": ("next(s,from,when,to,..)", "state behind s: the first transition whose `from` is s and whose `when` is true"),
+}  # fmt: skip
 DRAWN = {
     "mc": ("mc(nominal,relative)", "drawn once, evenly distributed within nominal (1 +- relative), as in LTspice"),
     "flat": ("flat(spread)", "drawn once, evenly distributed within +- spread, as in LTspice"),

@@ -23,6 +23,7 @@ CODES = {
     "too long": "E414",
     "contradiction": "E418",
     "blocked": "E418",
+    "signal": "E419",
 }
 
 
@@ -96,8 +97,8 @@ def explain_failure(
             "conditions that set each other off have no value; a small delay between them (R and C) gives one"
         )
         return [Diagnostic("error", CODES[kind], f"{said} contradicts itself or others {when}", span, hint)]
-    if kind == "blocked":
-        return [_blocked(assembly, failure)]
+    if kind in ("blocked", "signal"):
+        return [(_blocked if kind == "blocked" else _signal)(assembly, failure)]
     if kind == "too long":
         from .watch import too_long
 
@@ -150,6 +151,18 @@ def explain_failure(
         hints.append(growth or "try: " + _advice(assembly, failure, kind, point, unknown))
     span = lines[0][0] if lines else (analysis.card.span if analysis else None)
     return [Diagnostic("error", CODES.get(kind, "E410"), what, span, "\n".join(hints), lines)]
+
+
+def _signal(assembly: Assembly, failure: dict[str, Any]) -> Diagnostic:
+    """A clocked signal that is no number."""
+    signal, t = str(failure.get("signal", "")), float(failure.get("t") or 0.0)
+    block, _, name = signal.partition("#")[0].rpartition(".")
+    card = next((c for c in assembly.flat.clocked if c.name == (block or signal)), None)
+    span = None if card is None else card.param_spans.get(name, card.span)
+    hint = "limit what is divided by there, and what grows from tick to tick: limit(x,lo,hi)"
+    return Diagnostic(
+        "error", CODES["signal"], f"`{signal}` is not finite at the tick at t = {t:.6g} s", span, hint
+    )
 
 
 def _blocked(assembly: Assembly, failure: dict[str, Any]) -> Diagnostic:

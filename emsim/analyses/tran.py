@@ -152,7 +152,15 @@ class Tran(Analysis):
     def _halted(self, ctx: Context, method: str) -> None:
         """The flags that halt it."""
         assert self.leg is not None
-        what = "lines" if ctx.delayed else "digital nodes" if ctx.digital else ""
+        what = (
+            "lines"
+            if ctx.delayed
+            else "digital nodes"
+            if ctx.digital
+            else "clocks"
+            if ctx.clocks is not None
+            else ""
+        )
         if what or method == "multirate":
             said = f"a transient of {what} cannot be halted: what is on its way in them is no unknown"
             if not what:

@@ -126,6 +126,9 @@ def assemble(
     if ctx.machine is not None:
         ctx.machine.contribute()
         ctx.machine.check_poles()
+    if ctx.clocks is not None:
+        ctx.clocks.contribute(ctx)
+        ctx.clocks.tell(ctx, analyses)
 
     ctx.names_own = any(a.names_itself for a in analyses)
     for name, where in ctx.responses:
@@ -169,6 +172,10 @@ def _unknowns(
     ctx.times, ctx.shares = times, shares
     if noted or flat.inputs is not None:
         ctx.b.note_places()
+    if flat.clocked:
+        from .clocked import Clocks
+
+        ctx.clocks = Clocks(ctx)
     circuit.allocate(ctx)
     if flat.machine:
         ctx.machine = _machine(ctx)

@@ -22,8 +22,8 @@ import math
 from ..diagnostics import Fix, instead, suggest
 from ..draws import RANDOM
 from ..elements.base import CURRENT_NAMES
-from ..expr import OUTSIDE, Binary, Call, Cond, Name, Num, Unary, unknown_function
-from ..functions import ALIASES, BRANCHES, IN_SOURCES, OF_TIME
+from ..expr import OUTSIDE, SIGNAL, Binary, Call, Cond, Name, Num, Unary, unknown_function
+from ..functions import ALIASES, BRANCHES, IN_SOURCES, OF_TICKS, OF_TIME
 from ..functions import FUNCTIONS as OF_SOURCES
 from .terminals import MECHANICAL, device_value, element_current
 
@@ -107,6 +107,10 @@ class Compiler:
         b = self.ctx.b
         if node.id.startswith(OUTSIDE):
             return b.wave_expr(self.ctx.input(node.id))
+        if (signal := node.id.removeprefix(SIGNAL)) in self.ctx.signals:
+            return self.ctx.signals[signal]
+        if node.id.startswith(SIGNAL):
+            return self._no_signal(node, signal)
         if node.id == "time":
             return b.time()
         if node.id == "temper":
@@ -130,6 +134,15 @@ class Compiler:
             hint = f"{node.id} is mechanical, and {', '.join(offered)} are numbers of it"
             fixes = [Fix(node.span, text) for text in offered] if node.span else []
         return self._error("E282", f"`{node.id}` is no parameter and no quantity", node, hint, fixes)
+
+    def _no_signal(self, node: Name, name: str) -> Expr:
+        block, _, word = name.rpartition(".")
+        own = [
+            s.rpartition(".")[2] for s in self.ctx.signals if s.rpartition(".")[0] == block and "#" not in s
+        ]
+        near = suggest(word, own)
+        hint = f"did you mean `{block}.{near}`?" if near else f"it has {', '.join(own)}"
+        return self._error("E390", f"`{block}` has no signal `{word}`", node, hint)
 
     def _binary(self, node: Binary) -> Expr:
         op = node.op
@@ -305,6 +318,9 @@ class Compiler:
                 return probe
         if fn in ("v", "i"):
             return self._voltage(node) if fn == "v" else self._no_current(node)
+        if fn in OF_TICKS:
+            said = f"`{fn}` counts ticks: it belongs into the equations of a BLOCK"
+            return self._error("E392", said, node, "BLOCK name clock= x={..}, and read name.x here")
         handler: Callable[[Call], Expr] | None = getattr(self, f"_fn_{fn}", None)
         if handler is not None:
             return handler(node)

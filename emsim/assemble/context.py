@@ -94,6 +94,8 @@ class Context:
         self.given: dict[str, float] = {}  # voltages of nodes at a start with UIC (initial.py)
         # name of a digital node -> its number, its level as an expression: 0, 1, 1/2 where it is undefined
         self.digital: dict[str, tuple[int, Expr]] = {}
+        self.signals: dict[str, Expr] = {}  # of blocks, as circuit and machine see them: pi.u
+        self.clocks: Any = None  # clocks and blocks (clocked.py), where there are any
         self.saved: dict[str, Output] | None = None  # columns that every analysis records (outputs.py)
         self.is_drawn = flat.is_drawn and 0 < len(flat.elements) + len(flat.machine) <= DRAWN
         self.aside: set[str] = set()  # branches that only the drawing of the circuit reads

@@ -9,7 +9,7 @@ coordinates, coupling forces). `.save` narrows that; `.save all` keeps it, and `
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from ..expr import MEASURED, Binary, Call, Cond, Name, Node, Num, Unary, to_text
+from ..expr import MEASURED, SIGNAL, Binary, Call, Cond, Name, Node, Num, Unary, to_text
 from ..functions import IN_SOURCES, KNOWN, OF_COLUMNS, SAME
 from ..units import product, quotient
 from . import terminals
@@ -235,6 +235,8 @@ def _is_there(ctx: Context, ast: Node) -> bool:
 
 def _left_out(ctx: Context, ast: Node, span: Span) -> bool:
     """Whether a signal is of a node that the deck does not have: told, and left out, as in ngspice."""
+    if isinstance(ast, Name) and ast.id.removeprefix(SIGNAL) in ctx.signals:
+        return False
     if isinstance(ast, Name) and not _is_word(ast.id) and not ast.id.endswith("#branch"):
         ast = Call("v", [ast], ast.at)
     if not isinstance(ast, Call) or ast.fn != "v":
@@ -261,6 +263,11 @@ def everything(ctx: Context) -> list[Output]:
     x = ctx.b.x
     found = [Output(f"v({name})", "V", x(i)) for name, i in ctx.nodes.items()]
     found += [Output(f"v({name})", "", level) for name, (_, level) in ctx.digital.items()]
+    found += [
+        Output(name, "", e)
+        for name, e in ctx.signals.items()
+        if e.value is None and not {"#", "("} & set(name)
+    ]
     found += [Output(f"i({name})", "A", x(i)) for name, i in ctx.branches.items() if name not in ctx.aside]
     if ctx.machine is not None:
         for name in ctx.machine.default_outputs():
@@ -305,7 +312,9 @@ def _is_word(name: str) -> bool:
 
 def column(ctx: Context, text: str, ast: Node, span: Span) -> Output:
     """The column of something as users write it: a node by its name, a quantity, an expression."""
-    if isinstance(ast, Name) and (ast.id in ctx.nodes or not _is_word(ast.id)):
+    if isinstance(ast, Name) and ast.id not in ctx.nodes and ast.id.removeprefix(SIGNAL) in ctx.signals:
+        text = repr(ast)
+    elif isinstance(ast, Name) and (ast.id in ctx.nodes or not _is_word(ast.id)):
         # a bare name is a node, name#branch a current, as in ngspice
         ast = (
             Call("i", [Name(ast.id[:-7], ast.span)], ast.span)

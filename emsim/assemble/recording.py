@@ -121,6 +121,16 @@ class Recorder:
         self.waves.append(("level", [], name.replace("#", "_")))
         return node, k
 
+    def clocked_signal(self, name: str, clock: int, initial: float) -> tuple[int, int, int]:
+        found = self._builder.clocked_signal(name, clock, initial)
+        self.waves += [("signal", [], name.replace("#", "_"))] * (found[2] + 1 - len(self.waves))
+        return found
+
+    def clocked_timer(self, clock: int, on: int, off: int, dead: float) -> tuple[int, int]:
+        found = self._builder.clocked_timer(clock, on, off, dead)
+        self.waves += [("signal", [], f"{self.owner}_{k}") for k in found]
+        return found
+
     def digital_ramp(self, node: Any, values: Any, times: Any) -> int:
         k = self._builder.digital_ramp(node, values, times)
         self.waves.append(("ramp", [*values, *times], f"{self.owner}_{k}"))

@@ -37,5 +37,8 @@ INDEX = {
     "ROLL": "roll Roll",
     "KNIFE": "knife Knife",
     "TRANSDUCER": "transducer Transducer",
+    "CLOCK": "clock Clock",
+    "BLOCK": "block Block",
+    "PWM": "pwm Pwm",
 }
 CARDS: Mapping[str, type[Card]] = Registry(__name__, INDEX)

@@ -36,6 +36,7 @@ from ..syntax import LineError
 from ..units import ABSOLUTE_ZERO, spice_leftover, spice_number
 from . import steps
 from .bind import Level, bind_element, bind_machine_card
+from .clocked import BLOCKS, CLOCKED, bind_clocked
 from .flat import FlatDeck
 from .measures import OfResults, bind_measure
 from .models import Models
@@ -265,6 +266,8 @@ class _Flattener:
             elif kind is Dot and card.kind == "global":
                 self.globals.update(card.items)
             else:
+                if kind is MachineCard and card.kind in BLOCKS:
+                    scope.blocks.add(card.name)
                 out.append(card)
         return conditions
 
@@ -378,12 +381,20 @@ class _Flattener:
         if element is not None:
             self.emit([element], level)
             return
-        bound = bind_machine_card(card, level, self.models)
+        if card.kind in CLOCKED:
+            bound, sources = bind_clocked(card, level)
+        else:
+            bound, sources = bind_machine_card(card, level, self.models), []
         if bound.name in self.machine_names:
             self.twice("mechanical thing", bound.name, self.machine_names[bound.name], bound.span)
             return
         self.machine_names[bound.name] = bound.span
-        self.flat.machine.append(bound)
+        (self.flat.clocked if card.kind in CLOCKED else self.flat.machine).append(bound)
+        for source in sources:
+            if self.names.setdefault(source.name, source) is not source:
+                self.twice("element", source.name, self.names[source.name].span, source.span)
+            else:
+                self.flat.elements.append(source)
 
     def currents_of_both(self) -> None:
         """A machine card with nodes in the circuit and an element of its name: i(name) would be of either."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from ..deck import Func, Model, Param, Subckt
 from ..diagnostics import Sink
 from ..draws import Draws
-from ..expr import OUTSIDE, ExprError, Name, Node, Num, Scope, evaluate, fold, names
+from ..expr import OUTSIDE, SIGNAL, ExprError, Name, Node, Num, Scope, evaluate, fold, names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -44,6 +44,7 @@ class DeckScope(Scope):
         self.funcs: dict[str, Func] = {}
         self.models: dict[str, Model] = {}
         self.subckts: dict[str, tuple[Subckt, DeckScope]] = {}
+        self.blocks: set[str] = set()  # that have signals
         self.evaluated_models: dict[str, Model] = {}
         self._open: list[str] = []
         self._failed: dict[str, ExprError] = {}  # so that a wrong parameter is reported once
@@ -59,6 +60,11 @@ class DeckScope(Scope):
         from ..cards.joints import WORDS
 
         return function in WORDS
+
+    def unknown(self, node: Name) -> Node | None:
+        """`pi.u`, where a block of this level is called `pi`."""
+        block, dot, _ = node.id.rpartition(".")
+        return Name(SIGNAL + self.prefix + node.id, node.at) if dot and block in self.blocks else None
 
     @property
     def draws(self) -> Draws:

@@ -19,7 +19,7 @@ from __future__ import annotations
 from ..analyses import transients
 from ..assemble.scene import FREE
 from ..diagnostics import ConvergenceError, DeckError, Diagnostic
-from ..expr import Binary, Call, Cond, Name, Node, Num, Unary, to_text
+from ..expr import SIGNAL, Binary, Call, Cond, Name, Node, Num, Unary, names, to_text
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -203,6 +203,12 @@ class Net:
 
     def expression(self, ast: Node) -> str:
         """An expression with what it reads of the machine replaced by voltages and currents."""
+        for name in names(ast):
+            if name.startswith(SIGNAL):
+                said = f"`{name.removeprefix(SIGNAL)}` is a signal of a BLOCK, which no circuit has"
+                raise DeckError(
+                    Diagnostic("error", "E311", said, ast.span, "compare the circuit without its controller")
+                )
         return to_text(self._translate(ast))
 
     def refuse(self, card: Card, why: str = "has no counterpart in a circuit") -> None:

@@ -31,6 +31,7 @@ FAMILIES = (
     "machine",
     "motors",
     "circuit",
+    "clocked",
     "lines",
     "code_models",
     "running",

@@ -89,7 +89,7 @@ RUST_ROWS = [
     ["islands", "hidden"],
     ["conditions", "bounds"],
     ["model"],
-    ["devices", "logic", "sparse", "waves"],
+    ["clocked", "devices", "logic", "sparse", "waves"],
     ["twice"],
     ["tape"],
     ["lanes"],

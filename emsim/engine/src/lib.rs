@@ -7,6 +7,7 @@
 
 pub mod assembly; // constraints: position and velocity projection, rank
 pub mod bounds; // between which values an expression of time lies
+pub mod clocked; // signals that change at the ticks of clocks
 pub mod conditions; // what flags ask for at their thresholds
 pub mod curve; // a signal between its points, as measurements ask for it
 pub mod derive; // reverse and forward differentiation, substitution

@@ -1,4 +1,5 @@
 //! What the cards contribute to equation (1), before it is compiled: see `system`.
+use crate::clocked::Clocked;
 use crate::devices::class::Series;
 use crate::devices::shape::{Sort, Wanted};
 use crate::devices::{compiled, maker, Class, Climate};
@@ -278,6 +279,7 @@ pub struct Model {
     pub flags: Vec<FlagSpec>,
     pub laws: Vec<LawSpec>,
     pub logic: Logic,
+    pub clocked: Clocked,
     pub forces: Vec<Force>,
     /// Branch currents held while a run's start is sought: of coils that would short a voltage.
     pub starting_currents: Vec<(usize, f64)>,
@@ -314,6 +316,7 @@ impl Model {
             flags: self.flags.clone(),
             laws: self.laws.clone(),
             logic: self.logic.twin(),
+            clocked: self.clocked.twin(),
             forces: self.forces.clone(),
             starting_currents: self.starting_currents.clone(),
             states: self.states.clone(),

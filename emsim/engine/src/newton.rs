@@ -36,6 +36,10 @@ pub enum Failure {
     NotFinite {
         unknown: usize,
     },
+    /// a clocked signal that is no number
+    Signal {
+        signal: usize,
+    },
     /// flags that have no consistent values: one of them
     Contradiction {
         flag: usize,

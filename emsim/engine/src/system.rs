@@ -3,6 +3,7 @@
 //! `Model` collects contributions; `System` is what was compiled and never changes while it runs; `Work` is the scratch
 //! and the held state (flags, limited voltages of devices) of one run.  Row i belongs to unknown i.  C = dQ/dx and
 //! G = dF/dx share one sparse pattern.  The linear part is summed once; expressions run as tapes; devices as kernels.
+use crate::clocked::{self, Clocked};
 use crate::conditions::{size, Scale, Standing};
 use crate::derive::gradient;
 use crate::edges::{affine, EdgeWork, Edges};
@@ -67,6 +68,7 @@ pub struct System {
     pub delays: Delays,
     pub responses: Vec<Response>,
     pub logic: Logic,
+    pub clocked: Clocked,
     pub flags: Vec<FlagSpec>,
     pub laws: Laws,
     pub forces: Vec<Force>,
@@ -152,6 +154,8 @@ pub struct Work {
     pub halts: Vec<(usize, bool)>,
     /// digital nodes, whose levels and ramps are waves
     pub logic: Live,
+    /// signals of clocks, which are waves
+    pub clocked: clocked::Live,
     pub source_factor: f64,
     pub dc: bool, // independent sources at their DC value
     /// ... but for these, with the value that a sweep gives them
@@ -190,6 +194,7 @@ pub struct Held {
     ports: Vec<f64>,
     edges: EdgeWork,
     logic: Live,
+    clocked: clocked::Live,
 }
 
 impl Work {
@@ -200,6 +205,7 @@ impl Work {
             ports: self.ports.clone(),
             edges: self.edges.clone(),
             logic: self.logic.clone(),
+            clocked: self.clocked.clone(),
         }
     }
 
@@ -235,7 +241,7 @@ impl Work {
         let mut fresh = sys.work();
         std::mem::swap(&mut fresh.standing.floor, &mut self.standing.floor);
         let flags = std::mem::replace(&mut self.flags, fresh.flags);
-        (self.standing, self.logic) = (fresh.standing, fresh.logic);
+        (self.standing, self.logic, self.clocked) = (fresh.standing, fresh.logic, fresh.clocked);
         sys.inherit(self, &flags);
     }
 
@@ -243,6 +249,7 @@ impl Work {
         self.flags.copy_from_slice(&held.flags);
         self.standing = held.standing.clone();
         self.logic = held.logic.clone();
+        self.clocked = held.clocked.clone();
         self.wave_time = f64::NAN;
     }
 
@@ -492,6 +499,8 @@ impl System {
         let yielding = (0..n).filter_map(own).collect();
         let mut logic = model.logic;
         logic.compile(g);
+        let mut clocked = model.clocked;
+        clocked.compile(g);
         let operands: Vec<Id> = model.flags.iter().flat_map(|f| [f.up, f.down]).collect();
         let turning = phases::phases(g, &operands);
         let asks = model.flags.iter().filter(|f| !f.law.remembers() && !f.law.of_modes());
@@ -506,6 +515,7 @@ impl System {
             delays: Delays::new(g, model.delays, model.still),
             responses: model.responses,
             logic,
+            clocked,
             turning,
             conditions_read,
             waves: model.waves,
@@ -585,6 +595,7 @@ impl System {
             charges: None,
             halts: Vec::new(),
             logic: self.logic.live(),
+            clocked: self.clocked.live(),
             source_factor: 1.0,
             dc: false,
             given: Vec::new(),
@@ -650,6 +661,7 @@ impl System {
         w.guests.write(t, &mut w.waves);
         w.past.write(t, t >= w.before, &mut w.waves);
         w.logic.write(&self.logic, t, &mut w.waves);
+        w.clocked.write(&self.clocked, &mut w.waves);
         w.wave_time = if w.dc { f64::NAN } else { t };
     }
 

@@ -385,14 +385,16 @@ impl<'a, S: Sink> Run<'a, S> {
             }
         }
         self.w.logic.begin(&self.sys.logic);
+        self.w.clocked.begin();
         self.begin_laws(feature);
         if self.a.tstart <= t {
             self.record.row(self.sys, self.w, t, &self.x);
         }
         self.record.open(self.sys, self.w, t, &self.x);
+        let ticked = self.tick();
         self.stop = self.sys.next_stop(self.w, t, self.until);
-        if self.stop <= self.same(t) {
-            self.t = self.stop.max(t);
+        if ticked || self.stop <= self.same(t) {
+            self.t = if ticked { t } else { self.stop.max(t) };
             self.slopes_jump(method);
             self.jump(feature, method);
         }
@@ -712,6 +714,7 @@ impl<'a, S: Sink> Run<'a, S> {
         self.w.past.corner(te);
         // the flags flip, then the algebraic unknowns jump
         sys.remember(self.w, &self.x, te);
+        self.tick();
         for &k in self.detector.fired().iter().filter(|&&k| !sys.flags[k].law.of_modes()) {
             self.sys.flip(self.w, k);
             self.outcome.events.push((te, k, self.w.flags[k] != 0.0));

@@ -443,6 +443,10 @@ fn told(sys: &System, failed: &Failed, packed: &Packed) -> String {
         ),
         Failure::Unfit { why } => ("unfit", format!("the method cannot do this deck: {why}")),
         Failure::TooLong { steps, .. } => ("too long", format!("the rest would take {steps:.2e} steps, {when}")),
+        Failure::Signal { signal } => {
+            let of = sys.clocked.signals.get(*signal).map_or("?", |s| s.name.as_str());
+            ("signal", format!("{of} is not finite {when}"))
+        }
         Failure::Contradiction { flag } => {
             let of = packed.conditions.get(*flag).map_or("a condition", String::as_str);
             ("contradiction", format!("{of} contradicts itself or others {when}"))

@@ -4,6 +4,7 @@ use super::guarded;
 use super::system::System;
 use super::veriloga::{self, VerilogA};
 use crate::assembly;
+use crate::clocked::{Clock, Signal, Timer};
 use crate::derive;
 use crate::devices::compiled::Compiled;
 use crate::devices::Climate;
@@ -469,6 +470,40 @@ impl Builder {
         self.model()?.add_part(kind, name, ports, values).map_err(PyValueError::new_err)
     }
 
+    /// A clock; gives its number.
+    fn clock(&mut self, period: f64, offset: f64, delay: f64) -> PyResult<usize> {
+        let clocks = &mut self.model()?.clocked.clocks;
+        clocks.push(Clock { period, offset, delay });
+        Ok(clocks.len() - 1)
+    }
+
+    /// A signal of a clock; gives its number and two waves: what rules read, and what all others do.
+    fn clocked_signal(&mut self, name: String, clock: usize, initial: f64) -> PyResult<(usize, usize, usize)> {
+        let m = self.model()?;
+        let late = m.clocked.clocks.get(clock).is_some_and(|c| c.delay > 0.0);
+        m.waves.resize_with(m.waves.len() + 1 + usize::from(late), Wave::guest);
+        let last = m.waves.len() - 1;
+        let waves = [last - usize::from(late), last];
+        m.clocked.signals.push(Signal { name, clock, initial, waves });
+        Ok((m.clocked.signals.len() - 1, waves[0], waves[1]))
+    }
+
+    /// What signals of a clock become at its ticks, behind the rules that were given before.
+    fn clocked_rule(&mut self, clock: usize, signals: Vec<usize>, values: Vec<Bound<'_, PyAny>>) -> PyResult<()> {
+        let values = self.ids(&values)?;
+        self.model()?.clocked.rule(clock, signals, values);
+        Ok(())
+    }
+
+    /// A timer between two signals; gives the waves of its level and of the complement.
+    fn clocked_timer(&mut self, clock: usize, on: usize, off: usize, dead: f64) -> PyResult<(usize, usize)> {
+        let m = self.model()?;
+        m.waves.resize_with(m.waves.len() + 2, Wave::guest);
+        let waves = [m.waves.len() - 2, m.waves.len() - 1];
+        m.clocked.timers.push(Timer { clock, on, off, dead, waves });
+        Ok((waves[0], waves[1]))
+    }
+
     fn wave_expr(&self, k: u32) -> Expr {
         let id = lock(&self.graph).wave(k);
         self.expr(id)
@@ -749,11 +784,14 @@ impl Builder {
         let mut model = self.model.take().ok_or_else(|| PyValueError::new_err("compiled already"))?;
         if let Ok(known) = self.symbols.lock() {
             let mut g = lock(&self.graph);
-            for flag in &mut model.flags {
-                // a symbol may stand for an expression of other symbols
-                for _ in 0..4 {
+            // a symbol may stand for an expression of other symbols
+            for _ in 0..4 {
+                for flag in &mut model.flags {
                     let out = derive::substitute(&mut g, &[flag.up, flag.down], &known);
                     (flag.up, flag.down) = (out[0], out[1]);
+                }
+                for rule in &mut model.clocked.rules {
+                    rule.values = derive::substitute(&mut g, &rule.values, &known);
                 }
             }
         }

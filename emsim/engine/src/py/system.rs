@@ -759,6 +759,10 @@ fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyRe
             }
             ("too long", mode.map(|m| m.0), None)
         }
+        Failure::Signal { signal } => {
+            d.set_item("signal", sys.clocked.signals.get(*signal).map(|s| s.name.clone()))?;
+            ("signal", None, None)
+        }
         Failure::Contradiction { flag } => {
             d.set_item("flag", flag)?;
             ("contradiction", None, None)

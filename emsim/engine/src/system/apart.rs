@@ -22,7 +22,8 @@ impl System {
     pub fn paces(&self, g: &Graph, tstop: f64) -> Option<Vec<Vec<usize>>> {
         let integral = |k: usize| self.unknowns[k].unit.is_empty() && self.unknowns[k].kind == Kind::Coordinate;
         let machine = (0..self.n).any(|k| self.unknowns[k].kind.mechanical() && !integral(k));
-        let more = machine || self.has_laws() || !self.logic.is_empty() || !self.delays.list.is_empty();
+        let events = !self.logic.is_empty() || !self.clocked.is_empty();
+        let more = machine || self.has_laws() || events || !self.delays.list.is_empty();
         if more || !self.responses.is_empty() {
             return None;
         }

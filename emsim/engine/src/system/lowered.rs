@@ -51,6 +51,7 @@ impl Work {
         self.standing = whole.standing.clone();
         self.ports.copy_from_slice(&whole.ports);
         self.logic = whole.logic.clone();
+        self.clocked = whole.clocked.clone();
         (self.gmin, self.hanging, self.wave_time) = (whole.gmin, whole.hanging, f64::NAN);
         self.counters.add(&whole.counters);
     }

@@ -17,6 +17,9 @@ impl System {
             if !self.logic.is_empty() {
                 return Err("there are digital nodes".into());
             }
+            if !self.clocked.is_empty() {
+                return Err("there are clocks".into());
+            }
             let [f, q] = self.rows.clone();
             let source = Source {
                 unknowns: &self.unknowns,

@@ -89,6 +89,9 @@ impl<'a> Splitter<'a> {
         if !self.sys.logic.is_empty() {
             return Err("there are digital nodes".into());
         }
+        if !self.sys.clocked.is_empty() {
+            return Err("there are clocks".into());
+        }
         if !self.slow.contains(&true) || !self.slow.contains(&false) {
             return Err("it takes a circuit and a machine".into());
         }

@@ -1,5 +1,6 @@
 //! Where a run has to stop: flags and their roots, corners of sources, edges that are known.
 use super::{Free, System, Work};
+use crate::clocked::Left;
 use crate::conditions::Scale;
 use crate::model::{Kind, Law};
 use crate::tape::Inputs;
@@ -275,12 +276,25 @@ impl System {
     /// a source that jumps there has not jumped yet.
     pub fn next_stop(&self, w: &mut Work, t: f64, tstop: f64) -> f64 {
         w.logic.advance(&self.logic, &w.flags, t);
-        let corner = self.next_corner(t).min(w.past.next_corner(t)).min(w.logic.next_corner(t)).min(tstop);
+        let corner = self.next_corner(t).min(w.past.next_corner(t)).min(w.logic.next_corner(t));
+        let corner = corner.min(w.clocked.next(&self.clocked)).min(tstop);
         let stop =
             self.edges.next(&mut w.edges, &mut w.standing, &self.waves, &w.flags, t, corner).map_or(corner, |e| e.t);
         w.before = stop * (1.0 - 8.0 * f64::EPSILON);
         self.touch_sources(w);
         stop
+    }
+
+    /// What clocks have due at t happens: they see x and what the sources were just before. True where something was due; a signal
+    /// that is no number as an error.
+    pub fn tick(&self, w: &mut Work, x: &[f64], t: f64) -> Result<bool, usize> {
+        if self.clocked.is_empty() || w.clocked.next(&self.clocked) > t * (1.0 + 8.0 * f64::EPSILON) {
+            return Ok(false);
+        }
+        self.set_time(w, t);
+        w.clocked.advance(&self.clocked, &Left { x, t, waves: &w.waves, flags: &w.flags })?;
+        self.touch_sources(w);
+        Ok(true)
     }
 
     /// The next corner of a source that only edges read, for the record.
@@ -392,6 +406,7 @@ impl System {
     pub fn stretch(&self, w: &Work, t: f64) -> u64 {
         let mix = |h: u64, v: u64| (h ^ v).wrapping_mul(0x0000_0100_0000_01b3);
         let flags = w.flags.iter().fold(0xcbf2_9ce4_8422_2325, |h, &f| mix(h, u64::from(f != 0.0) + 1));
+        let flags = w.clocked.levels().fold(flags, |h, on| mix(h, u64::from(on) + 1));
         self.loud().fold(flags, |h, wave| mix(h, wave.piece(t) as u64))
     }
 }

@@ -2,6 +2,7 @@
 use super::super::rows::{undetermined, Sink};
 use super::super::Method;
 use super::Run;
+use crate::newton::Failure;
 
 /// A jump takes this part of the next stretch.
 pub(super) const JUMP: f64 = 1e-9;
@@ -18,7 +19,8 @@ impl<S: Sink> Run<'_, S> {
         for _ in 0..self.sys.rounds() {
             let before = self.outcome.events.len();
             let bends = self.slopes_jump(method);
-            let jumps = bends
+            let jumps = self.tick()
+                || bends
                 || self.w.past.corner_at(self.t)
                 || self.w.logic.due(self.t)
                 || self.sys.jumps_at(self.t)
@@ -38,6 +40,14 @@ impl<S: Sink> Run<'_, S> {
             (self.t, self.late) = (self.stop, 0.0);
         }
         jumped
+    }
+
+    /// What clocks have due happens at the point that stands.
+    pub(super) fn tick(&mut self) -> bool {
+        self.sys.tick(self.w, &self.x, self.t).unwrap_or_else(|signal| {
+            self.fail(0.0, Failure::Signal { signal }, vec![]);
+            false
+        })
     }
 
     /// Up to here it is the time t: steps are longer.
@@ -70,9 +80,11 @@ impl<S: Sink> Run<'_, S> {
             // latches that are let go together fall to one side when they are asked one by one
             let (one, seen) = (2 * again > rounds, self.outcome.events.len());
             // edges that are due at once
-            let (t, events) = (self.t, &mut self.outcome.events);
+            let t = self.t;
             let due = self.stop <= t;
             if due {
+                self.tick();
+                let events = &mut self.outcome.events;
                 self.sys.flip_edges(self.w, t, one, |k, on| events.push((t, k, on)));
             }
             if due || again > 0 {
