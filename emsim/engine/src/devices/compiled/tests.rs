@@ -46,6 +46,8 @@ fn transistor(saturation: f64, beta: f64, rb: f64) -> Folded {
         noise: vec![],
         outputs: vec![],
         starts: vec![],
+        modes: Vec::new(),
+        stimuli: Vec::new(),
         bound_step: None,
         said: vec![],
         left_out: vec![],
