@@ -43,17 +43,8 @@ pub struct Behaviour {
     pub any: bool,
 }
 
-/// Does an expression read it that devices do not know?
-fn is_foreign(node: Node) -> bool {
-    match node {
-        Node::Time | Node::Flag(_) | Node::Wave(_) => true,
-        Node::Symbol(k) => k != GMIN && k != SOURCE_SCALE,
-        _ => false,
-    }
-}
-
 fn reads_foreign(g: &Graph, ids: &[Id]) -> bool {
-    g.reachable(ids).into_iter().any(|id| is_foreign(g.node(id)))
+    g.reachable(ids).into_iter().any(|id| Folded::is_foreign(g.node(id)))
 }
 
 /// Of each flow: does it stand in the deck's expressions? A row of an unknown that one of these reads goes with it.
@@ -96,6 +87,7 @@ fn as_device(folded: &Folded, foreign: &[bool]) -> Folded {
     let powers = crate::derive::substitute(g, &powers, &[start]);
     let places = rest.noise.iter_mut().flat_map(|n| std::iter::once(&mut n.power).chain(n.exponent.as_mut()));
     places.zip(powers).for_each(|(place, power)| *place = power);
+    rest.behaves = false;
     rest.modes.clear();
     rest.stimuli.clear();
     rest
@@ -113,13 +105,11 @@ impl Model {
         m: f64,
         gmin: f64,
     ) -> Result<Behaviour, String> {
-        let foreign = foreign_flows(folded);
-        let noise = folded.noise.iter().flat_map(|n| [Some(n.power), n.exponent]).flatten();
-        let others: Vec<Id> = noise.chain(folded.outputs.iter().map(|o| o.value)).collect();
-        if !foreign.contains(&true) && !reads_foreign(&folded.graph, &others) {
+        if !folded.behaves {
             self.add_compiled(module, name, terminals, folded, m)?;
             return Ok(Behaviour::default());
         }
+        let foreign = foreign_flows(folded);
         let rest = Arc::new(as_device(folded, &foreign));
         let seat = self.add_compiled(module, name, terminals, &rest, m)?;
         let place = seats(&rest)?;

@@ -964,7 +964,11 @@ impl<'a> Elaborator<'a> {
         for (place, value) in outputs.chain(flown).chain(heard).chain(self.bound_step.as_mut()).zip(&mut values) {
             *place = value;
         }
+        let read = flows.iter().flat_map(|f| [f.i, f.q]).chain(self.outputs.iter().map(|o| o.value));
+        let read: Vec<Id> = read.chain(noise.iter().flat_map(|n| [Some(n.power), n.exponent]).flatten()).collect();
+        let behaves = self.g.reachable(&read).into_iter().any(|id| Folded::is_foreign(self.g.node(id)));
         Ok(Folded {
+            behaves,
             graph: self.g,
             unknowns: self.unknowns,
             terminals: self.terminals,

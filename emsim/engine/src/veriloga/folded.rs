@@ -1,6 +1,6 @@
 //! What a module comes to once parameters, geometry and temperature are known: currents, charges and limits as expressions of
 //! voltages. The elaborator makes it, a class of devices runs it; neither knows more of the other.
-use crate::graph::{Graph, Id};
+use crate::graph::{Graph, Id, Node};
 use serde::{Deserialize, Serialize};
 
 /// The other end of a port or flow that ends at the reference node.
@@ -41,6 +41,8 @@ pub struct Folded {
     /// Unknowns that an operating point holds at a value in place of their rows (`idt` with an initial value).
     pub starts: Vec<(usize, f64)>,
     pub modes: Vec<Mode>,
+    /// Does anything read time, the kind of analysis, a mode or a small signal?
+    pub behaves: bool,
     /// Amplitudes of ac_stim, real and imaginary.
     pub stimuli: Vec<(f64, f64)>,
     /// Variables of the module with a description: operating-point values.
@@ -51,6 +53,17 @@ pub struct Folded {
     pub said: Vec<String>,
     /// Tasks that are not carried out, for voltages decide whether they are reached.
     pub left_out: Vec<String>,
+}
+
+impl Folded {
+    /// Is it a leaf that devices do not know?
+    pub fn is_foreign(node: Node) -> bool {
+        match node {
+            Node::Time | Node::Flag(_) | Node::Wave(_) => true,
+            Node::Symbol(k) => k != GMIN && k != SOURCE_SCALE,
+            _ => false,
+        }
+    }
 }
 
 /// What changes at events alone, or was known before.
