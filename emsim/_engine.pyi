@@ -185,9 +185,16 @@ class Builder:
         tnom_c: float = ...,
         m: float = ...,
         connected: int = ...,
-    ) -> tuple[list[str], list[str], float | None]:
+        gmin: float = ...,
+    ) -> tuple[
+        list[str],
+        list[str],
+        float | None,
+        tuple[list[tuple[int, tuple[float, float]]], list[int]] | None,
+    ]:
         """An instance of a Verilog-A module between its terminals (-1: ground), m in parallel; `connected`: so many of them
-        stand in the deck. Gives what the module says, what of it is not carried out, the longest step that it allows [s].
+        stand in the deck. Gives what the module says, what of it is not carried out, the longest step that it allows [s];
+        and where it hangs on time, analyses or events: (wave, (re, im)) of its ac_stim, unknowns that are late.
         ValueError: messages as VerilogA has them, or a sentence."""
     def off(self, name: str) -> None:
         """That instance of a device or a module carries no current in the first solution of an operating point."""
@@ -301,6 +308,8 @@ class System:
     @property
     def sums(self) -> list[tuple[int, int]]:
         """(node, root) of nodes whose rows are part of the root's: what goes into one goes into the other."""
+    def begin(self, analysis: str) -> None:
+        """Which analysis asks from now on, in Verilog-A's words: dc, tran, ac, noise."""
     def small_signal(
         self, options_: dict[str, Any] | None = None, statics: bool = False, hold: bool = False
     ) -> tuple[SmallSignal | None, dict[str, Any] | None]:

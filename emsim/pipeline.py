@@ -396,6 +396,7 @@ def solve(
         if stream is not None and analysis.streams and not derived(own, analysis):
             analysis.into = _streamed(own, analysis, runs, stream)
         check_memory(own, analysis)
+        own.system.begin(analysis.asks_as)
         run = analysis.run(own, progress)
         runs += (run, *run.beside)
         if run.waves.status != "ok":

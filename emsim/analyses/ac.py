@@ -42,6 +42,7 @@ class OverFrequencies(Analysis):
 
 class Ac(OverFrequencies):
     word = "ac"
+    asks_as = "ac"
     form = ".ac dec points fstart fstop, .ac oct points fstart fstop, .ac lin points fstart fstop"
     meaning = "small signals over frequency, about the operating point"
     plotname = "AC Analysis"

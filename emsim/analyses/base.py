@@ -210,6 +210,7 @@ class Analysis(ABC):
     complex: ClassVar[bool] = False
     in_time: ClassVar[bool] = False  # a transient, or steady states that are one
     streams: ClassVar[bool] = False  # rows can go to a file while the run goes on
+    asks_as: ClassVar[str] = "dc"  # what analysis() of Verilog-A knows it as: dc, tran, ac, noise
     has_responses: ClassVar[bool] = False  # gains that only frequencies have make sense in it
     names_itself: ClassVar[bool] = False  # its columns are no signals of the deck
     draws: ClassVar[

@@ -49,6 +49,7 @@ SAME = 1e-6  # of the largest: matrices that differ by more are of other conditi
 
 class Disto(OverFrequencies):
     word = "disto"
+    asks_as = "ac"
     form = ".disto dec|oct|lin points fstart fstop [f2overf1]"
     meaning = "harmonics and mixed frequencies of small signals; sources with distof1, distof2"
     plotname = "DISTORTION - 2nd harmonic"

@@ -31,6 +31,7 @@ NOTHING = 1e-12
 
 class Modes(Analysis):
     word = "modes"
+    asks_as = "ac"
     form = ".modes [static]"
     meaning = "frequency, damping and shape of every mode of circuit and mechanism"
     plotname = "Modes"

@@ -38,6 +38,7 @@ FLAT = 1e-10  # an exponent of frequency that is none
 
 class Noise(OverFrequencies):
     word = "noise"
+    asks_as = "noise"
     form = ".noise v(node[,node]) source dec|oct|lin points fstart fstop [every]"
     meaning = "noise at an output and at a source, over frequency and in total"
     plotname = "Noise Spectral Density Curves"

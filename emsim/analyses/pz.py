@@ -27,6 +27,7 @@ DRIVES, WANTED = ("cur", "vol"), ("pol", "zer", "pz")
 
 class Pz(Analysis):
     word = "pz"
+    asks_as = "ac"
     form = ".pz in+ in- out+ out- cur|vol pol|zer|pz"
     meaning = "poles and zeros from an input to an output"
     plotname = "Pole-Zero Analysis"

@@ -36,6 +36,7 @@ FORM = ".sens v(out) [i(v1) ..] tran [by r c1 m1(ke) ..]"
 
 class Slopes(Analysis):
     word = "sens"
+    asks_as = "tran"
     form = FORM
     meaning = "how a transient changes with parameters"
     plotname = "Transient Sensitivity"

@@ -33,6 +33,7 @@ REGULAR = 1e12  # a matrix of a larger condition has no inverse
 
 class Sp(OverFrequencies):
     word = "sp"
+    asks_as = "ac"
     form = ".sp dec|oct|lin points fstart fstop"
     meaning = "scattering parameters between the sources with portnum and z0"
     plotname = "SP Analysis"

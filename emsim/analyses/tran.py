@@ -61,6 +61,7 @@ class Tran(Analysis):
     """Arguments of the card [s]; `tmax` is None when it is not given."""
 
     word = "tran"
+    asks_as = "tran"
     form = ".tran tstep tstop [tstart [tmax]] [uic]"
     meaning = "the time course from the operating point, or from initial values"
     plotname = "Transient Analysis"

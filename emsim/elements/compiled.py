@@ -37,7 +37,7 @@ MECHANICAL = {
 class Compiled(Element):
     """`sorts`: word of .model -> (module, its `type`); `levels`: level -> module, here or the beginning of its name in .hdl."""
 
-    __slots__ = ("module", "shafts", "sign")
+    __slots__ = ("behaves", "module", "shafts", "sign", "stimuli")
     behind = ("model",)
     flags: ClassVar[tuple[str, ...]] = ("off",)
     is_metered = True
@@ -57,6 +57,8 @@ class Compiled(Element):
     module: Module | None
     shafts: dict[int, str]  # terminals that are joints
     sign: float
+    behaves: bool  # it hangs on time, on the kind of analysis, or on events
+    stimuli: list[tuple[int, complex]]  # of ac_stim
 
     @classmethod
     def shown(cls) -> list[Module]:
@@ -129,7 +131,7 @@ class Compiled(Element):
         return words
 
     def check(self, ctx: Context) -> None:
-        self.shafts = {}
+        self.shafts, self.stimuli, self.behaves = {}, [], False
         self.module = self.find(ctx) if self.model is not None else None
         if self.model is not None and self.module is None:
             return
@@ -261,14 +263,19 @@ class Compiled(Element):
         if self.sign and "type" in module.parameters:
             model["type"] = self.sign * self.polarity()
         try:
-            said, left_out, longest = ctx.b.module(
+            said, left_out, longest, behaviour = ctx.b.module(
                 module.texts, module.name, self.name, nodes, model, self.given(ctx), self.temperature(ctx),
                 float(self.model.params.get("tnom", ctx.tnom)), self.number("m", 1.0), len(self.nodes),
+                ctx.gmin,
             )  # fmt: skip
         except ValueError as trouble:
             self._told(ctx, trouble.args[0])
             self.module = None  # nothing to read there
             return
+        if behaviour is not None:
+            stimuli, late = behaviour
+            self.behaves, self.stimuli = True, [(k, complex(*z)) for k, z in stimuli]
+            ctx.delayed += late
         if self.params.get("off"):
             ctx.b.off(self.name)
         for text in said:
@@ -277,6 +284,9 @@ class Compiled(Element):
             ctx.remark("W288", f"`{module.name}` has {text}", self.model.span)
         if longest is not None:
             ctx.longest_step = min(ctx.longest_step, longest)
+
+    def excite(self, ctx: Context) -> Sequence[tuple[int, complex]]:
+        return self.stimuli
 
     def polarity(self) -> float:
         """What words of the .model turn about."""
@@ -366,7 +376,7 @@ class Compiled(Element):
 
     def account(self, ctx: Context, book: Accounts) -> None:
         """The engine keeps heat and charges of all its currents. At an instant: all that goes in."""
-        if any(unit in ("rad", "m") for unit in self.units().values()):
+        if self.behaves or any(unit in ("rad", "m") for unit in self.units().values()):
             book.open.append(self.name)  # potential times flow is no power there
         if not book.engine:
             book.dissipates(self, self._power(ctx))

@@ -536,13 +536,11 @@ def test_laplace_is_the_transfer_function(form, top, bottom):
 @pytest.mark.parametrize(
     ("body", "word"),
     [
-        ("I(a) <+ absdelay(V(a), 1n);", "absdelay"),
         ("I(a) <+ transition(V(a) > 1, 0, 1n);", "transition"),
         ("I(a) <+ slew(V(a), 1);", "slew"),
         ("@(cross(V(a) - 1)) x = 1; I(a) <+ x;", "cross"),
         ("@(timer(1n)) x = 1; I(a) <+ x;", "timer"),
         ("I(a) <+ last_crossing(V(a));", "last_crossing"),
-        ("I(a) <+ idtmod(V(a), 0, 1);", "idtmod"),
         ("I(a) <+ zi_nd(V(a), '{1}, '{1}, 1);", "zi_nd"),
     ],
 )

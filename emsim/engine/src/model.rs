@@ -1,4 +1,7 @@
 //! What the cards contribute to equation (1), before it is compiled: see `system`.
+mod behaviour;
+pub use behaviour::{runs_during, Told};
+
 use crate::clocked::Clocked;
 use crate::devices::class::Series;
 use crate::devices::shape::{Sort, Wanted};
@@ -271,6 +274,9 @@ pub struct Model {
     pub classes: Vec<Box<dyn Class>>,
     #[serde(skip)]
     pub lately: compiled::Lately,
+    /// operating-point values of modules that are expressions of the deck's, by instance
+    #[serde(skip)]
+    pub told: HashMap<String, Vec<Told>>,
     /// unknowns that are the rates of others, by these
     #[serde(skip)]
     pub rates: BTreeMap<usize, usize>,
@@ -311,6 +317,7 @@ impl Model {
             q: self.q.clone(),
             classes: self.classes.iter().map(|class| class.moved(&|k| k)).collect(),
             lately: Default::default(),
+            told: self.told.clone(),
             rates: self.rates.clone(),
             placed: None,
             flags: self.flags.clone(),
@@ -366,15 +373,16 @@ impl Model {
         Ok(series)
     }
 
-    /// An instance of a module more, between unknowns (-1: ground), with its inner unknowns. Errors are sentences for the user.
-    pub fn add_module(
+    /// An instance of a module more, between unknowns (-1: ground), with its inner unknowns. Gives the unknowns of its nodes; errors
+    /// are sentences for the user.
+    pub fn add_compiled(
         &mut self,
         module: &str,
         name: &str,
         terminals: &[i32],
         folded: &Arc<Folded>,
         m: f64,
-    ) -> Result<(), String> {
+    ) -> Result<Vec<i32>, String> {
         let (unknowns, rates, mut made) = (&mut self.unknowns, &mut self.rates, Vec::new());
         let (g, c, states) = (&mut self.g, &mut self.c, &mut self.states);
         let add = |unknowns: &mut Vec<Unknown>, name: String, kind: Kind, unit: &str| {
@@ -408,13 +416,13 @@ impl Model {
             k
         };
         let places = (&mut self.classes, &mut self.lately);
-        compiled::seat(places, module, (name, terminals), folded, m, &mut unknown)?;
+        let nodes = compiled::seat(places, module, (name, terminals), folded, m, &mut unknown)?;
         if let Some(placed) = &mut self.placed {
             let (module, name, terminals) = (module.into(), name.into(), terminals.to_vec());
             let folded = Box::new(Folded::clone(folded));
             placed.push(Placed::Module { module, name, terminals, folded, multiplied: m, inner: made });
         }
-        Ok(())
+        Ok(nodes)
     }
 
     /// A digital part between nodes: of each port (number, inverted) of its connections. Errors are sentences for the user.

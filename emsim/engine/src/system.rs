@@ -11,6 +11,7 @@ use crate::graph::{Graph, Id, Node};
 use crate::interrupt;
 use crate::islands::sum_pairs;
 use crate::logic::{Live, Logic};
+use crate::model::runs_during;
 pub use crate::model::{FlagSpec, Force, Free, Kind, Model, Response, Unknown};
 use crate::passive::is_passive;
 use crate::reduced::Reduced;
@@ -23,6 +24,7 @@ pub use phases::Phase;
 pub use split::{Part, Parts};
 pub use stage::Stage;
 use std::collections::{BTreeMap, HashSet};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 pub use together::{Together, POINTS};
 
@@ -128,6 +130,8 @@ pub struct System {
     reduced: OnceLock<Result<Reduced, String>>,
     parts: OnceLock<Result<Box<Parts>, String>>,
     lowered: Mutex<Option<Box<Prepared>>>,
+    /// which analysis asks (folded::ANALYSES)
+    pub analysis: AtomicU32,
     /// of one whose index was lowered: the equations as they were, which runs start by
     pub whole: Option<Arc<System>>,
     /// waves that are slopes of others: of which, which
@@ -541,6 +545,7 @@ impl System {
             reduced: OnceLock::new(),
             parts: OnceLock::new(),
             lowered: Mutex::new(None),
+            analysis: AtomicU32::new(crate::veriloga::folded::TRAN),
             whole: None,
             slopes: model.slopes,
             passive: passive && devices.passive,
@@ -581,10 +586,15 @@ impl System {
         Ok(system)
     }
 
+    fn initial_flag(&self, flag: &FlagSpec) -> f64 {
+        let during = runs_during(flag, self.analysis.load(Ordering::Relaxed));
+        during.map_or_else(|| f64::from(flag.initial.max(0)), |runs| f64::from(u8::from(runs)))
+    }
+
     pub fn work(&self) -> Work {
         let mut w = Work {
             waves: vec![0.0; self.waves.len()],
-            flags: self.flags.iter().map(|f| f64::from(f.initial.max(0))).collect(),
+            flags: self.flags.iter().map(|f| self.initial_flag(f)).collect(),
             standing: Standing::new(self.flags.len()),
             scale: Scale::default(),
             wave_time: f64::NAN,

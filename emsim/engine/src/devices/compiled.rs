@@ -617,7 +617,8 @@ type Given = (Constants, Vec<Vec<f64>>);
 #[derive(Default)]
 pub struct Lately(Vec<(Weak<Folded>, f64, usize, Given)>);
 
-/// Puts an instance of a folded module into the class of its shape among `classes`, which is made where there is none.
+/// Puts an instance of a folded module into the class of its shape among `classes`, which is made where there is none. Gives the
+/// unknowns of its nodes (`Seat`).
 pub fn seat(
     (classes, lately): (&mut Vec<Box<dyn Class>>, &mut Lately),
     module: &str,
@@ -625,7 +626,7 @@ pub fn seat(
     folded: &Arc<Folded>,
     m: f64,
     unknown: &mut dyn FnMut(Wanted) -> i32,
-) -> Result<(), String> {
+) -> Result<Vec<i32>, String> {
     if terminals.len() != folded.terminals {
         return Err(format!("{module} has {} terminals", folded.terminals));
     }
@@ -641,7 +642,7 @@ pub fn seat(
     };
     let class = classes[class].compiled().ok_or("a class of another kind")?;
     class.join(name, terminals, own, unknown);
-    Ok(())
+    Ok(class.seats.last().map_or(Vec::new(), |seat| seat.nodes.clone()))
 }
 
 /// The class of its shape, by its place, and what is the instance's own.

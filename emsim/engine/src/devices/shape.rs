@@ -204,6 +204,11 @@ fn in_order(g: &Graph, outs: &[Id]) -> Vec<Id> {
     order
 }
 
+/// The place of each unknown among the nodes of a seat, None at the reference node and of rates.
+pub fn seats(folded: &Folded) -> Result<Vec<Option<usize>>, String> {
+    Ok(places(folded, &rates_of_differences(folded))?.0)
+}
+
 /// Copies expressions to another graph; `leaf` says what becomes of leaves.
 fn copied(from: &Graph, outs: &[Id], to: &mut Graph, mut leaf: impl FnMut(Node, &mut Graph) -> Option<Id>) -> Vec<Id> {
     let mut image: HashMap<Id, Id> = HashMap::new();
@@ -302,12 +307,9 @@ impl Anonymous {
             }),
             Node::Symbol(GMIN) => Some(g.unknown(gmin)),
             Node::Symbol(SOURCE_SCALE) => Some(g.constant(1.0)),
-            Node::Time => {
-                refused = Some("it reads the time ($abstime), which devices cannot yet");
-                Some(g.constant(0.0))
-            }
-            Node::Symbol(_) | Node::Wave(_) | Node::Flag(_) => {
-                refused = Some("it asks for the kind of analysis (analysis()), which devices cannot yet");
+            // (rows that read these stand in the deck's own expressions: model/behaviour.rs)
+            Node::Time | Node::Symbol(_) | Node::Wave(_) | Node::Flag(_) => {
+                refused = Some("a source of noise hangs on time or on events");
                 Some(g.constant(0.0))
             }
             _ => None,

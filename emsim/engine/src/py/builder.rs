@@ -423,10 +423,7 @@ impl Builder {
 
     /// The wave that is 1 until a run begins, 0 from then on.
     fn still(&mut self) -> PyResult<usize> {
-        let m = self.model()?;
-        m.waves.push(Wave::guest());
-        m.still = Some(m.waves.len() - 1);
-        Ok(m.waves.len() - 1)
+        Ok(self.model()?.standstill())
     }
 
     /// A digital node; gives its number and the wave that shows its level.
@@ -593,9 +590,11 @@ impl Builder {
     }
 
     /// An instance of a Verilog-A module between `nodes`, -1 being ground, with its inner unknowns; `connected`: so many terminals stand in
-    /// the deck. Returns what the module said, what of it is not carried out, and the longest step that it allows [s].
-    #[pyo3(signature = (modules, module, name, nodes, model, instance, temp_c=27.0, tnom_c=27.0, m=1.0, connected=usize::MAX))]
-    #[allow(clippy::too_many_arguments)]
+    /// the deck. Returns what the module said, what of it is not carried out, the longest step that it allows [s], and where it hangs on
+    /// time, analyses or events (wave, (re, im)) of ac_stim and the unknowns that are late.
+    #[pyo3(signature = (modules, module, name, nodes, model, instance, temp_c=27.0, tnom_c=27.0, m=1.0, connected=usize::MAX,
+        gmin=1e-12))]
+    #[allow(clippy::too_many_arguments, clippy::type_complexity)]
     fn module(
         &mut self,
         py: Python<'_>,
@@ -609,18 +608,23 @@ impl Builder {
         tnom_c: f64,
         m: f64,
         connected: usize,
-    ) -> PyResult<(Vec<String>, Vec<String>, Option<f64>)> {
+        gmin: f64,
+    ) -> PyResult<(Vec<String>, Vec<String>, Option<f64>, Option<(Vec<(usize, (f64, f64))>, Vec<usize>)>)> {
         let rows = nodes.into_iter().map(|k| Ok(self.row(k)?.map_or(-1, |k| k as i32)));
         let nodes = rows.collect::<PyResult<Vec<i32>>>()?;
         let given = veriloga::given([model, instance], [temp_c, tnom_c], m, connected)?;
         let folded = veriloga::remembered(modules, py, module, given)?;
-        self.model()?.add_module(module, name, &nodes, &folded, m).map_err(PyValueError::new_err)?;
+        let graph = self.graph.clone();
+        let mut g = lock(&graph);
+        let behaves = self.model()?.add_module(&mut g, module, (name, &nodes), &folded, m, gmin);
+        let behaves = behaves.map_err(PyValueError::new_err)?;
         let longest = folded.bound_step.and_then(|id| folded.graph.value(id));
         let mut left_out = folded.left_out.clone();
         if folded.bound_step.is_some() && longest.is_none() {
             left_out.push("a $bound_step that voltages decide: steps are not bound by it".into());
         }
-        Ok((folded.said.clone(), left_out, longest.filter(|h| *h > 0.0 && h.is_finite())))
+        let longest = longest.filter(|h| *h > 0.0 && h.is_finite());
+        Ok((folded.said.clone(), left_out, longest, behaves.any.then_some((behaves.stimuli, behaves.late))))
     }
 
     /// The instance of that name carries no current in the first solution of an operating point.
@@ -631,19 +635,20 @@ impl Builder {
 
     /// Names, units and meanings of the operating-point values of a module's instance.
     fn module_outputs(&mut self, name: &str) -> PyResult<Vec<(String, String, String)>> {
+        let told = self.model()?.told.get(name).cloned().unwrap_or_default();
         let (class, _) = self.compiled(name)?;
-        Ok(class
-            .program()
-            .outputs
-            .iter()
-            .map(|[name, unit, meaning]| (name.clone(), unit.clone(), meaning.clone()))
-            .collect())
+        let own = class.program().outputs.iter().cloned().map(|[name, unit, meaning]| (name, unit, meaning));
+        Ok(own.chain(told.into_iter().map(|t| (t.name, t.unit, t.meaning))).collect())
     }
 
     /// An operating-point value of a module's instance as an expression.
     #[pyo3(signature = (name, output, gmin=0.0))]
     fn module_output(&mut self, name: &str, output: &str, gmin: f64) -> PyResult<Option<Expr>> {
         let graph = self.graph.clone();
+        let told = self.model()?.told.get(name).into_iter().flatten();
+        if let Some(value) = told.filter(|t| t.name.eq_ignore_ascii_case(output)).map(|t| t.value).next() {
+            return Ok(Some(self.expr(value)));
+        }
         let (class, k) = self.compiled(name)?;
         let id = class.output_symbol(k, output, &mut lock(&graph), gmin);
         Ok(id.map(|id| self.expr(id)))

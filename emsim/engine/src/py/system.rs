@@ -398,6 +398,14 @@ impl System {
         self.inner.sums.iter().map(|s| (s.node, s.root)).collect()
     }
 
+    /// Which analysis asks from now on, in Verilog-A's words: dc, tran, ac, noise.
+    fn begin(&self, analysis: &str) -> PyResult<()> {
+        let known = crate::veriloga::folded::ANALYSES.iter().find(|a| a.0 == analysis);
+        let &(_, symbol) = known.ok_or_else(|| PyValueError::new_err(format!("no analysis {analysis}")))?;
+        self.inner.analysis.store(symbol, Relaxed);
+        Ok(())
+    }
+
     /// The equations linearised about the operating point: (found, what was linearised, failure). `hold`: of what stands still
     /// there, .tf and .sens: the machine does not move, and nothing is another one to small signals.
     #[pyo3(signature = (options_=None, statics=false, hold=false))]

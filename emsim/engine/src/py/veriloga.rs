@@ -217,14 +217,15 @@ impl VerilogA {
         }
         let mut values: Vec<(Id, Id)> = Vec::new();
         for id in f.graph.reachable(&outs) {
-            if let Node::Symbol(k) = f.graph.node(id) {
-                let value = match k {
-                    GMIN => gmin,
-                    SOURCE_SCALE => 1.0,
-                    _ => symbols.get(&k).copied().unwrap_or(0.0),
-                };
-                values.push((id, f.graph.constant(value)));
-            }
+            let value = match f.graph.node(id) {
+                Node::Symbol(GMIN) => gmin,
+                Node::Symbol(SOURCE_SCALE) => 1.0,
+                Node::Symbol(k) => symbols.get(&k).copied().unwrap_or(0.0),
+                // there are no events at a point
+                Node::Flag(_) | Node::Wave(_) => 0.0,
+                _ => continue,
+            };
+            values.push((id, f.graph.constant(value)));
         }
         let outs = crate::derive::substitute(&mut f.graph, &outs, &values);
         let tape = Tape::new(&f.graph, &outs);

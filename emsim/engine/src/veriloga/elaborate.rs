@@ -4,7 +4,9 @@
 //! A value is  id + d/dt q + noise: a charge goes along with what it is added to and multiplied by constants; anything else makes
 //! an unknown of its own of it. Noise likewise.
 use super::ast::{Allowed, Expression, Type, E};
-use super::folded::{self, Description, Flow, Folded, Kind, Limit, Output, Port, Unknown, GMIN, GROUND, SOURCE_SCALE};
+use super::folded::{
+    self, Description, Flow, Folded, Kind, Limit, Mode, Output, Port, Unknown, GMIN, GROUND, SOURCE_SCALE,
+};
 use super::source::{Place, Word};
 use super::{Given, Library, Message, Value};
 use crate::graph::{Graph, Id, Node};
@@ -125,6 +127,8 @@ pub struct Elaborator<'a> {
     pub said: Vec<String>,
     pub left_out: Vec<String>,
     pub starts: Vec<(usize, f64)>,
+    pub modes: Vec<Mode>,
+    pub stimuli: Vec<(f64, f64)>,
     pub outputs: Vec<Output>,
     /// Only parameters have values.
     pub only_parameters: bool,
@@ -166,6 +170,8 @@ impl<'a> Elaborator<'a> {
             said: Vec::new(),
             left_out: Vec::new(),
             starts: Vec::new(),
+            modes: Vec::new(),
+            stimuli: Vec::new(),
             outputs: Vec::new(),
             only_parameters: false,
         }
@@ -910,11 +916,25 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Everything that is computed has a value.
-    fn complete(mut self, flows: Vec<Flow>, noise: Vec<folded::Noise>, merged: Vec<(usize, usize)>) -> Answer<Folded> {
+    fn complete(
+        mut self,
+        flows: Vec<Flow>,
+        mut noise: Vec<folded::Noise>,
+        merged: Vec<(usize, usize)>,
+    ) -> Answer<Folded> {
         let zero = self.g.constant(0.0);
+        // .noise alone asks for noise
+        let during: Vec<(Id, Id)> = folded::ANALYSES
+            .iter()
+            .map(|&(_, k)| (self.g.given(k), self.g.constant(f64::from(u8::from(k == folded::NOISE)))))
+            .collect();
+        for power in noise.iter_mut().flat_map(|n| std::iter::once(&mut n.power).chain(n.exponent.as_mut())) {
+            *power = crate::derive::substitute(&mut self.g, &[*power], &during)[0];
+        }
         let mut needed: Vec<Id> = flows.iter().flat_map(|f| [f.i, f.q]).collect();
         needed.extend(noise.iter().flat_map(|n| [Some(n.power), n.exponent]).flatten());
         needed.extend(self.bound_step);
+        needed.extend(self.modes.iter().map(|mode| mode.of()));
         let unset = |id: Id| self.unset.contains_key(&id);
         if let Some(id) = self.reached(&needed, &unset) {
             let (word, at) = self.unset[&id];
@@ -933,15 +953,22 @@ impl<'a> Elaborator<'a> {
         let holes: Vec<(Id, Id)> = self.unset.keys().map(|&id| (id, zero)).collect();
         // what is never read is 0
         let values: Vec<Id> = self.outputs.iter().map(|o| o.value).chain(needed).collect();
-        let mut values = crate::derive::substitute(&mut self.g, &values, &holes).into_iter();
+        let mut values = crate::derive::substitute(&mut self.g, &values, &holes);
         let (mut flows, mut noise) = (flows, noise);
+        let modes: Vec<Id> = values.split_off(values.len() - self.modes.len());
+        self.modes.iter_mut().zip(modes).for_each(|(mode, e)| *mode = mode.with(e));
+        let mut values = values.into_iter();
         let outputs = self.outputs.iter_mut().map(|o| &mut o.value);
         let flown = flows.iter_mut().flat_map(|f| [&mut f.i, &mut f.q]);
         let heard = noise.iter_mut().flat_map(|n| std::iter::once(&mut n.power).chain(n.exponent.as_mut()));
         for (place, value) in outputs.chain(flown).chain(heard).chain(self.bound_step.as_mut()).zip(&mut values) {
             *place = value;
         }
+        let read = flows.iter().flat_map(|f| [f.i, f.q]).chain(self.outputs.iter().map(|o| o.value));
+        let read: Vec<Id> = read.chain(noise.iter().flat_map(|n| [Some(n.power), n.exponent]).flatten()).collect();
+        let behaves = self.g.reachable(&read).into_iter().any(|id| Folded::is_foreign(self.g.node(id)));
         Ok(Folded {
+            behaves,
             graph: self.g,
             unknowns: self.unknowns,
             terminals: self.terminals,
@@ -954,6 +981,8 @@ impl<'a> Elaborator<'a> {
             said: self.said,
             left_out: self.left_out,
             starts: self.starts,
+            modes: self.modes,
+            stimuli: self.stimuli,
         })
     }
 

@@ -1,7 +1,7 @@
 //! Expressions: numbers where parameters decide, nodes of the graph where voltages do.
 use super::ast::{Expression, Operator, Type, E};
 use super::elaborate::{Answer, Elaborator, Num, Source, Val, MOST_NODES};
-use super::folded::{Limit, ANALYSES, GROUND};
+use super::folded::{Limit, Mode, ANALYSES, GROUND};
 use super::source::{Place, Word};
 use crate::derive::gradient;
 use crate::graph::{Fun, Id, Node};
@@ -623,9 +623,7 @@ impl Elaborator<'_> {
                 let mut any = self.whole(0.0);
                 for &a in arguments {
                     let kind = self.text(a)?;
-                    if kind == "noise" {
-                        any = self.whole(1.0); // powers of noise are part of every evaluation; nothing else hangs on them
-                    } else if let Some(&(_, symbol)) = ANALYSES.iter().find(|s| s.0 == kind) {
+                    if let Some(&(_, symbol)) = ANALYSES.iter().find(|s| s.0 == kind) {
                         let id = self.g.given(symbol);
                         let one = self.g.constant(1.0);
                         let id = self.g.select(id, one, any.id);
@@ -635,7 +633,9 @@ impl Elaborator<'_> {
                 any
             }
             "laplace_nd" | "laplace_np" | "laplace_zd" | "laplace_zp" => self.laplace(name, arguments, at)?,
-            "transition" | "slew" | "absdelay" => {
+            "absdelay" => self.late(arguments, at)?,
+            "idtmod" => self.integral_within(arguments, at)?,
+            "transition" | "slew" => {
                 let n = self.plain_number(arguments[0])?;
                 if self.value_of(&n).is_none() {
                     let hint = "use ddt and idt, or a source of the deck";
@@ -643,8 +643,8 @@ impl Elaborator<'_> {
                 }
                 n
             }
-            "idtmod" | "last_crossing" | "ac_stim" | "noise_table" | "noise_table_log" | "zi_nd" | "zi_np"
-            | "zi_zd" | "zi_zp" => {
+            "ac_stim" => self.stimulus(arguments)?,
+            "last_crossing" | "noise_table" | "noise_table_log" | "zi_nd" | "zi_np" | "zi_zd" | "zi_zp" => {
                 return self.stop(at, format!("{name} is not supported"), "");
             }
             _ => self.access(name, arguments, e)?,
@@ -727,6 +727,59 @@ impl Elaborator<'_> {
         }
         self.row(k, i, s);
         Ok(self.real(s))
+    }
+
+    /// ac_stim(analysis, magnitude, phase [rad]): a source of small signals in .ac, 0 elsewhere.
+    fn stimulus(&mut self, arguments: &[E]) -> Answer<Num> {
+        let kind = arguments.first().map_or(Ok("ac".into()), |&e| self.text(e))?;
+        let mut of = |k: usize, usual: f64| arguments.get(k).map_or(Ok(usual), |&e| self.known(e, "ac_stim"));
+        let (size, phase) = (of(1, 1.0)?, of(2, 0.0)?);
+        if kind != "ac" {
+            return Ok(self.constant(0.0));
+        }
+        self.stimuli.push((size * phase.cos(), size * phase.sin()));
+        let id = self.g.wave(self.stimuli.len() as u32 - 1);
+        Ok(self.real(id))
+    }
+
+    /// absdelay(x, seconds): x as it was so long ago; at an operating point x itself.
+    fn late(&mut self, arguments: &[E], at: Place) -> Answer<Num> {
+        let x = self.plain_number(arguments[0])?;
+        let by = self.known(arguments[1], "a delay")?;
+        if !(by >= 0.0 && by.is_finite()) {
+            return self.stop(at, format!("a delay of {by} s"), "what will be is not known");
+        }
+        if by == 0.0 || self.value_of(&x).is_some() {
+            return Ok(x);
+        }
+        let id = self.mode(Mode::Late(x.id, by));
+        Ok(self.real(id))
+    }
+
+    /// idtmod(x, start, modulus, offset): the integral, less as many moduli as lead to offset .. offset + modulus.
+    fn integral_within(&mut self, arguments: &[E], at: Place) -> Answer<Num> {
+        let s = self.integral(&arguments[..arguments.len().min(2)], at)?;
+        if let (1, Some(start)) = (arguments.len(), self.unknowns.len().checked_sub(1)) {
+            self.starts.push((start, 0.0));
+        }
+        let Some(&modulus) = arguments.get(2) else { return Ok(s) };
+        let modulus = self.known(modulus, "the modulus of idtmod")?;
+        let offset = arguments.get(3).map_or(Ok(0.0), |&e| self.known(e, "the offset of idtmod"))?;
+        if !(modulus > 0.0 && modulus.is_finite()) {
+            return self.stop(at, format!("idtmod with a modulus of {modulus}"), "it must be positive");
+        }
+        let (m, low) = (self.g.constant(modulus), self.g.constant(offset));
+        let beyond = self.g.sub(s.id, low);
+        let turns = self.g.div(beyond, m);
+        let whole = self.mode(Mode::Floor(turns));
+        let whole = self.g.mul(m, whole);
+        let id = self.g.sub(s.id, whole);
+        Ok(self.real(id))
+    }
+
+    fn mode(&mut self, mode: Mode) -> Id {
+        self.modes.push(mode);
+        self.g.flag(self.modes.len() as u32 - 1)
     }
 
     /// d expression / d potential of a node, or d flow of a branch.

@@ -1,6 +1,6 @@
 //! What a module comes to once parameters, geometry and temperature are known: currents, charges and limits as expressions of
 //! voltages. The elaborator makes it, a class of devices runs it; neither knows more of the other.
-use crate::graph::{Graph, Id};
+use crate::graph::{Graph, Id, Node};
 use serde::{Deserialize, Serialize};
 
 /// The other end of a port or flow that ends at the reference node.
@@ -10,15 +10,21 @@ pub const GMIN: u32 = 0;
 /// `Node::Symbol` of the factor that sources are multiplied with while an operating point is looked for ($simparam("sourceScaleFactor")).
 pub const SOURCE_SCALE: u32 = 1;
 
-/// analysis("name") reads these symbols, each 1 or 0; "ic" is a transient's operating point. Who runs a module gives every symbol
-/// that is read a value, or refuses it by name.
+/// analysis("name") reads these symbols, each 1 or 0.
 pub const ANALYSES: &[(&str, u32)] =
-    &[("static", 2), ("dc", 3), ("tran", 4), ("ac", 5), ("noise", 6), ("ic", 7), ("nodeset", 8)];
+    &[("static", STATIC), ("dc", 3), ("tran", TRAN), ("ac", 5), ("noise", NOISE), ("ic", IC), ("nodeset", 8)];
+/// An operating point is sought, of whatever analysis.
+pub const STATIC: u32 = 2;
+pub const TRAN: u32 = 4;
+pub const NOISE: u32 = 6;
+/// ... that of a transient.
+pub const IC: u32 = 7;
 /// Symbols below this have a meaning; no other is left in what is handed over.
 pub const SYMBOLS: u32 = 9;
 
-/// One instance. Expressions read port k as `Node::Unknown(k)` and time as `Node::Time`. Nothing else is free: every parameter is a
-/// constant. Conditions are `Select` and comparisons as values; none of them is an event.
+/// One instance. Expressions read port k as `Node::Unknown(k)`, time as `Node::Time`, mode k as `Node::Flag(k)` and the small signal of
+/// ac_stim k as `Node::Wave(k)`. Nothing else is free: every parameter is a constant. Conditions are `Select` and comparisons as
+/// values; which of them are events is for who runs it to say.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Folded {
     pub graph: Graph,
@@ -34,6 +40,11 @@ pub struct Folded {
     pub noise: Vec<Noise>,
     /// Unknowns that an operating point holds at a value in place of their rows (`idt` with an initial value).
     pub starts: Vec<(usize, f64)>,
+    pub modes: Vec<Mode>,
+    /// Does anything read time, the kind of analysis, a mode or a small signal?
+    pub behaves: bool,
+    /// Amplitudes of ac_stim, real and imaginary.
+    pub stimuli: Vec<(f64, f64)>,
     /// Variables of the module with a description: operating-point values.
     pub outputs: Vec<Output>,
     /// The longest step that the module allows ($bound_step) [s].
@@ -42,6 +53,48 @@ pub struct Folded {
     pub said: Vec<String>,
     /// Tasks that are not carried out, for voltages decide whether they are reached.
     pub left_out: Vec<String>,
+}
+
+impl Folded {
+    /// Is it a leaf that devices do not know?
+    pub fn is_foreign(node: Node) -> bool {
+        match node {
+            Node::Time | Node::Flag(_) | Node::Wave(_) => true,
+            Node::Symbol(k) => k != GMIN && k != SOURCE_SCALE,
+            _ => false,
+        }
+    }
+}
+
+/// What changes at events alone, or was known before.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Mode {
+    /// 1 while the expression is above 0, else 0
+    Above(Id),
+    /// the expression as it was just before the last event; 0 before there was one
+    Kept(Id),
+    /// the expression so many seconds ago
+    Late(Id, f64),
+    /// the greatest whole number that is not above the expression
+    Floor(Id),
+}
+
+impl Mode {
+    pub fn of(self) -> Id {
+        match self {
+            Mode::Above(e) | Mode::Kept(e) | Mode::Late(e, _) | Mode::Floor(e) => e,
+        }
+    }
+
+    /// The same of another expression.
+    pub fn with(self, e: Id) -> Mode {
+        match self {
+            Mode::Above(_) => Mode::Above(e),
+            Mode::Kept(_) => Mode::Kept(e),
+            Mode::Late(_, by) => Mode::Late(e, by),
+            Mode::Floor(_) => Mode::Floor(e),
+        }
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -131,7 +131,8 @@ const MOST_FILES: usize = 500;
 const MOST_BYTES: u64 = 16 << 20;
 
 struct Macro {
-    parameters: Option<Vec<Word>>,
+    /// with what they are where nothing is given
+    parameters: Option<Vec<(Word, Option<Vec<Token>>)>>,
     body: Vec<Token>,
 }
 
@@ -459,7 +460,7 @@ impl Preprocessor<'_> {
         let mut parameters = None;
         if bytes.get(pos) == Some(&b'(') && pos < end {
             pos += 1;
-            let mut names = Vec::new();
+            let (mut names, mut defaults) = (Vec::new(), Vec::new());
             loop {
                 let Some((token, stop)) = self.cut(file, &text, pos, end)? else {
                     return self.error(
@@ -470,13 +471,23 @@ impl Preprocessor<'_> {
                 };
                 pos = stop;
                 match (token.kind, self.sources.word(token.word)) {
-                    (Kind::Name, _) => names.push(token.word),
+                    (Kind::Name, _) => {
+                        names.push(token.word);
+                        defaults.push(None);
+                    }
+                    (Kind::Operator, "=") if !names.is_empty() => {
+                        let (given, stop) = self.default_of(file, &text, pos, end)?;
+                        pos = stop;
+                        if let Some(last) = defaults.last_mut() {
+                            *last = Some(given);
+                        }
+                    }
                     (Kind::Operator, ",") => {}
                     (Kind::Operator, ")") => break,
                     _ => return self.error(token.at, "a parameter of a macro is a name", "`define NAME(a, b) text"),
                 }
             }
-            parameters = Some(names);
+            parameters = Some(names.into_iter().zip(defaults).collect::<Vec<_>>());
         }
         let mut body = Vec::new();
         while let Some((token, stop)) = self.cut(file, &text, pos, end)? {
@@ -485,6 +496,30 @@ impl Preprocessor<'_> {
         }
         self.macros.insert(name.word, Arc::new(Macro { parameters, body }));
         Ok(())
+    }
+
+    /// What a parameter of a macro is where nothing is given: up to the next comma or the end of the list, and where that is.
+    fn default_of(
+        &mut self,
+        file: u32,
+        text: &str,
+        from: usize,
+        end: usize,
+    ) -> Result<(Vec<Token>, usize), Box<Message>> {
+        let (mut found, mut pos, mut depth) = (Vec::new(), from, 0);
+        while let Some((token, stop)) = self.cut(file, text, pos, end)? {
+            if token.kind == Kind::Operator {
+                match self.sources.word(token.word) {
+                    "," | ")" if depth == 0 => break,
+                    "(" | "[" | "{" => depth += 1,
+                    ")" | "]" | "}" => depth -= 1,
+                    _ => {}
+                }
+            }
+            found.push(token);
+            pos = stop;
+        }
+        Ok((found, pos))
     }
 
     fn expand(&mut self, token: Token, name: &str, feed: &mut Feed) -> Result<(), Box<Message>> {
@@ -516,6 +551,16 @@ impl Preprocessor<'_> {
             if parameters.is_empty() && arguments.len() == 1 && arguments[0].is_empty() {
                 arguments.clear();
             }
+            for (k, (_, default)) in parameters.iter().enumerate() {
+                if let (Some(default), true) = (default, arguments.get(k).is_none_or(Vec::is_empty)) {
+                    let here = default.iter().map(|t| Token { at: Place { call, ..t.at }, ..*t }).collect();
+                    if k < arguments.len() {
+                        arguments[k] = here;
+                    } else if k == arguments.len() {
+                        arguments.push(here);
+                    }
+                }
+            }
             if arguments.len() != parameters.len() {
                 let what = format!("`{name} takes {} arguments, here are {}", parameters.len(), arguments.len());
                 return self.error(token.at, what, "commas inside of brackets do not separate");
@@ -523,7 +568,7 @@ impl Preprocessor<'_> {
         }
         let mut body = Vec::with_capacity(found.body.len());
         for &t in &found.body {
-            let parameter = found.parameters.as_ref().and_then(|p| p.iter().position(|&w| w == t.word));
+            let parameter = found.parameters.as_ref().and_then(|p| p.iter().position(|p| p.0 == t.word));
             match parameter.filter(|_| t.kind == Kind::Name) {
                 Some(k) => body.extend_from_slice(&arguments[k]),
                 None => body.push(Token { at: Place { call, ..t.at }, ..t }),
