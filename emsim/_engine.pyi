@@ -139,7 +139,7 @@ class Builder:
     def clocked_signal(self, name: str, clock: int, initial: float) -> tuple[int, int, int]:
         """A signal that its clock's rules set: its number, the wave that rules read, the wave that all others read."""
     def clocked_rule(self, clock: int, signals: Sequence[int], values: Sequence[Expr]) -> None:
-        """What signals become at the clock's ticks, by unknowns and sources as they are just before it; rules are evaluated in the
+        """What signals become at the ticks, by unknowns and sources as they are just before; rules are evaluated in the
         order in which they are given, each of them as a whole."""
     def clocked_timer(self, clock: int, on: int, off: int, dead: float) -> tuple[int, int]:
         """A level that is 1 from one signal's value to the other's behind each tick [s], and its complement, as waves; both rise
@@ -589,9 +589,7 @@ def chebyshev(what: str, n: int, at: list[float] = []) -> list[list[float]]:
     """Matrices of Chebyshev's n + 1 points on 0 .. 1: "nodes", "areas" (one row), "slopes", "integrals", "resampling" to `at`.
     ValueError for another word."""
 
-def table_text(
-    columns: list[bytes], complex: list[bool], widths: list[int], first: int, digits: int
-) -> str:
+def table_text(columns: list[bytes], complex: list[bool], widths: list[int], first: int, digits: int) -> str:
     """Lines of a table, its rows numbered from `first`; a complex column holds pairs."""
 
 @final

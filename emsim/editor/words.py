@@ -76,7 +76,13 @@ READS = {
 OPTIONS = {o.name: (o.unit, o.default, o.what) for o in options.OPTIONS.values()}
 
 # function of expressions -> (form, meaning); those that read circuit and machine are in PROBES
-FUNCTIONS = {**{f.name: (f.form, f.what) for f in functions.FUNCTIONS}, **BRANCHES, **OF_TIME, **OF_TICKS, **DRAWN}
+FUNCTIONS = {
+    **{f.name: (f.form, f.what) for f in functions.FUNCTIONS},
+    **BRANCHES,
+    **OF_TIME,
+    **OF_TICKS,
+    **DRAWN,
+}
 # function of results, in .print, .meas, --plot, the page and Result[...] -> (form, meaning)
 OF_RESULTS = {
     **{f.name: (f.form, f.what) for f in (*functions.OF_ROWS, *functions.COURSES)},
