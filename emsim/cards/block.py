@@ -27,7 +27,7 @@ class Block(Card):
         terminals="",
         mark=("clock",),
         meaning="difference equations at the ticks of a clock",
-        laws={"x": "f(x[-1], ..)"},
+        laws={"k": "x = f(x[-1], ..)"},
         clock=Required("", "clock at whose ticks it is computed", kind="word"),
     )
     clock: str

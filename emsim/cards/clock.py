@@ -16,7 +16,7 @@ class Clock(Card):
         terminals="",
         mark=("freq", "period", "every"),
         meaning="ticks that blocks are computed at",
-        laws={"t": "offset + k period"},
+        laws={"k": "t = offset + k period"},
         freq=Default(None, "Hz", "ticks a second", above=0.0),
         period=Default(None, "s", "time from tick to tick", above=0.0),
         offset=Default(0.0, "s", "time of the first tick", least=0.0),

@@ -24,7 +24,7 @@ class Pwm(Card):
         terminals="|high:node|high:node low:node",
         mark=("duty",),
         meaning="a timer: on for a share of each period of its clock, with exact edges",
-        laws={"high": "1 for duty ts of each period"},
+        laws={"k": "1 for duty ts of each period"},
         clock=Required("", "clock whose period it is", kind="word"),
         duty=Required(
             "", "share of the period for which it is on; 0 and less: never, 1 and more: always", kind="value"

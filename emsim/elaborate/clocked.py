@@ -14,9 +14,6 @@ if TYPE_CHECKING:
     from ..elements import Element
     from .bind import Level
 
-CLOCKED = ("CLOCK", "BLOCK", "PWM")
-BLOCKS = ("BLOCK", "PWM")  # that have signals
-
 
 def bind_clocked(card: MachineCard, level: Level) -> tuple[MachineCard, list[Element]]:
     """The card at its level, and the sources that it brings. Raises ExprError."""

@@ -36,7 +36,6 @@ from ..syntax import LineError
 from ..units import ABSOLUTE_ZERO, spice_leftover, spice_number
 from . import steps
 from .bind import Level, bind_element, bind_machine_card
-from .clocked import BLOCKS, CLOCKED, bind_clocked
 from .flat import FlatDeck
 from .measures import OfResults, bind_measure
 from .models import Models
@@ -50,6 +49,9 @@ if TYPE_CHECKING:
     from ..diagnostics import Span
     from .files import Files
     from .steps import Change
+
+CLOCKED = ("CLOCK", "BLOCK", "PWM")
+BLOCKS = ("BLOCK", "PWM")  # that have signals
 
 MAX_LEVELS = 60
 MAX_INSTANCES = 1_000_000
@@ -382,6 +384,8 @@ class _Flattener:
             self.emit([element], level)
             return
         if card.kind in CLOCKED:
+            from .clocked import bind_clocked
+
             bound, sources = bind_clocked(card, level)
         else:
             bound, sources = bind_machine_card(card, level, self.models), []

@@ -28,6 +28,7 @@ NAMES |= {
 # what a card's laws are about
 BRINGS = {
     "T": "kinetic energy", "V": "potential energy", "W": "co-energy", "P": "heat", "i": "electrical side", "q": "constraint",
+    "k": "at ticks",
 }  # fmt: skip
 
 

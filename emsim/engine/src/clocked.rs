@@ -15,11 +15,9 @@
 //! a period, what lies beyond is cut off there. Both rise later by `dead`, and not at all where they would fall before.
 use crate::graph::{Graph, Id};
 use crate::tape::{Inputs, Tape};
+use crate::waves::SNAP;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
-
-/// Times this near to each other, in parts of themselves, are the same. A tick's rounding is one product and one sum.
-const SAME: f64 = 8.0 * f64::EPSILON;
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Clock {
@@ -134,7 +132,7 @@ impl Edges {
 
     /// Everything up to t happens.
     fn advance(&mut self, t: f64, dead: f64) {
-        let until = t + SAME * t;
+        let until = t + SNAP * t;
         while let Some(&(at, level)) = self.turns.front().filter(|turn| turn.0 <= until) {
             self.turns.pop_front();
             self.turn(level, at, dead);
@@ -223,7 +221,7 @@ impl Live {
     /// Everything up to the time of `left` happens; a signal that is no number as an error.
     pub fn advance(&mut self, clocked: &Clocked, left: &Left) -> Result<(), usize> {
         let t = left.t;
-        let until = t + SAME * t;
+        let until = t + SNAP * t;
         for (k, held) in self.held.iter_mut().enumerate() {
             while held.front().is_some_and(|held| held.0 <= until) {
                 let (_, values) = held.pop_front().unwrap_or_default();
@@ -295,20 +293,18 @@ impl Live {
 mod tests {
     use super::*;
 
-    const PERIOD: f64 = 10.0;
-
     /// (time, level, complement) at every change of a timer with these times, period by period.
     fn changes(times: &[[f64; 2]], dead: f64) -> Vec<(f64, bool, bool)> {
-        let (mut edges, mut found) = (Edges::default(), Vec::new());
+        let (mut edges, mut found, period) = (Edges::default(), Vec::new(), 10.0);
         for (k, &times) in times.iter().enumerate() {
-            let (start, end) = (k as f64 * PERIOD, (k + 1) as f64 * PERIOD);
+            let (start, end) = (k as f64 * period, (k + 1) as f64 * period);
             while edges.next() < start {
                 let at = edges.next();
                 edges.advance(at, dead);
                 found.push((at, edges.outputs[0], edges.outputs[1]));
             }
             edges.advance(start, dead);
-            edges.load(start, times, PERIOD, dead);
+            edges.load(start, times, period, dead);
             found.push((start, edges.outputs[0], edges.outputs[1]));
             while edges.next() < end {
                 let at = edges.next();

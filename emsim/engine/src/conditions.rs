@@ -4,7 +4,7 @@ use crate::model::{Kind, Law, Unknown};
 use std::collections::HashMap;
 
 /// An operand this near to its threshold, in parts of what is added up in it, is on it: rounding of the solution.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
+pub const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Beside the flags: which of them have been beyond their thresholds since they turned, and how wide the thresholds are.
 #[derive(Clone, Default)]

@@ -1,17 +1,18 @@
 //! A signal between its points: polynomials, one a segment, through values at Chebyshev's points of the second kind.
 //!
-//!     t_j = (a + b)/2 - (b - a)/2 cos(pi j / n),   j = 0 .. n                                             (1)
+//! ```text
+//! t_j = (a + b)/2 - (b - a)/2 cos(pi j / n),   j = 0 .. n                                                 (1)
+//! ```
 //!
 //! hold a polynomial of degree n; it is evaluated by the barycentric formula with weights (-1)^j, halved at the ends (Berrut and
 //! Trefethen, SIAM Review 46, 2004, 501), differentiated by the matrix of Trefethen, Spectral Methods in MATLAB, 2000, p. 53, and
 //! integrated by Clenshaw and Curtis (the same, p. 128). Segments follow each other; where the end of one and the start of the
 //! next differ the signal jumps. A step of an integrator is a segment whose polynomial is the method's own dense output; other
 //! tables have one between neighbouring points.
+use crate::conditions::ROUNDING;
 use crate::interpolate::Points;
 use std::f64::consts::PI;
 
-/// Of the largest value: what differs by less is on the level, as for conditions (conditions.rs).
-const ROUNDED: f64 = 64.0 * f64::EPSILON;
 /// Of the whole swing: extremes that differ by less are equal.
 const EQUAL: f64 = 1e-9;
 
@@ -234,7 +235,7 @@ impl Curve {
     /// level crosses it where it leaves, as in ngspice; what starts on another signal does not.
     pub fn crossings(&self, level: &Curve, begin: f64, end: f64) -> Vec<(f64, i32)> {
         let size = |y: &[f64]| y.iter().filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
-        let rounded = ROUNDED * size(&self.y).max(size(&level.y));
+        let rounded = ROUNDING * size(&self.y).max(size(&level.y));
         let near = |d: f64| if d.abs() <= rounded { 0.0 } else { d };
         let d: Vec<f64> = self.y.iter().zip(&level.y).map(|(a, b)| near(a - b)).collect();
         let within = |t: f64| begin <= t && t <= end;

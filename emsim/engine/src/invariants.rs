@@ -20,6 +20,7 @@ use crate::graph::{Graph, Id};
 use crate::system::{Kind, System, Work};
 use crate::tape::{Inputs, Tape};
 use crate::tolerances::{Options, Quantity, Tolerances, PEAK_SHARE};
+use crate::waves::SNAP;
 use std::collections::BTreeMap;
 
 /// So many tolerances: dense output and values that were settled anew are off by a few.
@@ -38,8 +39,6 @@ const CUBIC: f64 = 1e-2;
 const CONDUCTS: f64 = 12.0;
 /// Rounding of so much of what is added up.
 const ROUNDED: f64 = 1e-12;
-/// Rounding of a time: what counts as a corner of a source is as near (waves.rs).
-const TIME: f64 = 8.0 * f64::EPSILON;
 /// Rows so near to each other, in parts of the time, are one.
 const SAME: f64 = 1e-12;
 /// So many rows are told, each with its worst place.
@@ -360,7 +359,7 @@ impl Invariants {
         for &(k, j, v) in &self.sources {
             let slope =
                 sys.waves.get(j as usize).map_or(0.0, |wave| wave.rate(t, true).abs().max(wave.rate(t, false).abs()));
-            self.bounds[k as usize] += v.abs() * slope * TIME * t;
+            self.bounds[k as usize] += v.abs() * slope * SNAP * t;
         }
         self.loose.clone_from(&self.bounds);
         let largest = self.largest_currents(sys, w, x);

@@ -34,7 +34,7 @@ use std::sync::Arc;
 /// `next_breakpoint(t)` gives nothing nearer than this part of t.
 pub const GUARD: f64 = 1e-12;
 /// A time this near to a corner, relative to the times it is made of, is the corner.
-const SNAP: f64 = 8.0 * f64::EPSILON;
+pub const SNAP: f64 = 8.0 * f64::EPSILON;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Wave {

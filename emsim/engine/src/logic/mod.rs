@@ -26,6 +26,7 @@ mod tristate;
 
 use crate::graph::{Graph, Id};
 use crate::tape::{Inputs, Tape};
+use crate::waves::SNAP;
 use serde::{Deserialize, Serialize};
 use std::cmp::{Ordering, Reverse};
 use std::collections::{BinaryHeap, HashMap, VecDeque};
@@ -489,8 +490,6 @@ impl PartialOrd for Due {
     }
 }
 
-/// Times this near to each other, in parts of themselves, are the same.
-const SAME: f64 = 8.0 * f64::EPSILON;
 /// So many rounds at rest beside one for each part, and there is no rest.
 const ROUNDS: usize = 64;
 
@@ -539,7 +538,7 @@ impl Live {
 
     /// The first time after t at which something happens: an event, a ramp's end.
     pub fn next_corner(&self, t: f64) -> f64 {
-        let later = |at: &f64| *at > t + SAME * t.abs();
+        let later = |at: &f64| *at > t + SNAP * t.abs();
         let end = self.courses.iter().map(|c| c.end).filter(later).fold(f64::INFINITY, f64::min);
         end.min(self.next_event())
     }
@@ -550,7 +549,7 @@ impl Live {
 
     /// Does a node change at t?
     pub fn due(&self, t: f64) -> bool {
-        self.next_event() <= t + SAME * t.abs()
+        self.next_event() <= t + SNAP * t.abs()
     }
 
     /// Before a run: levels as the flags are, everything called until nothing changes. True where something has changed.
@@ -607,7 +606,7 @@ impl Live {
             let now = self.next_event();
             let mut nodes = Vec::new();
             while let Some(&Reverse(Due(at, output))) = self.queue.peek() {
-                if at > now + SAME * now {
+                if at > now + SNAP * now {
                     break;
                 }
                 self.queue.pop();
@@ -643,7 +642,7 @@ impl Live {
     fn put(&mut self, posts: &mut Vec<(usize, State, f64)>, t: f64) {
         for (output, state, delay) in posts.drain(..) {
             let (at, pending) = (t + delay, &mut self.pending[output]);
-            while pending.back().is_some_and(|&(when, _)| when >= at - SAME * at) {
+            while pending.back().is_some_and(|&(when, _)| when >= at - SNAP * at) {
                 pending.pop_back();
             }
             pending.push_back((at, state));
