@@ -65,7 +65,7 @@ impl Elaborator<'_> {
     }
 
     /// A number without d/dt and noise.
-    fn plain_number(&mut self, e: E) -> Answer<Num> {
+    pub fn plain_number(&mut self, e: E) -> Answer<Num> {
         let n = self.number(e)?;
         Ok(self.plain(&n))
     }
@@ -777,9 +777,13 @@ impl Elaborator<'_> {
         Ok(self.real(id))
     }
 
-    fn mode(&mut self, mode: Mode) -> Id {
-        self.modes.push(mode);
-        self.g.flag(self.modes.len() as u32 - 1)
+    pub fn mode(&mut self, mode: Mode) -> Id {
+        let known = self.modes.iter().position(|&m| m == mode);
+        let k = known.unwrap_or_else(|| {
+            self.modes.push(mode);
+            self.modes.len() - 1
+        });
+        self.g.flag(k as u32)
     }
 
     /// d expression / d potential of a node, or d flow of a branch.
