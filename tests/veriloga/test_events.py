@@ -1,4 +1,4 @@
-"""@(initial_step), @(cross) and @(above): variables that keep what an event gave them."""
+"""@(initial_step), @(cross), @(above) and @(timer): variables that keep what an event gave them."""
 
 from __future__ import annotations
 
@@ -163,6 +163,62 @@ def test_above_fires_at_the_start_and_cross_does_not(tmp_path: Path) -> None:
     assert list(swept["v(c)"]) == [0] * 5
 
 
+TIMER = """module clocked(a, b, c); inout a, b, c; electrical a, b, c;
+parameter real start = 0.3m, period = 0.25m;
+integer n, once;
+real when;
+analog begin
+    @(timer(start, period)) begin n = n + 1; when = $abstime; end
+    @(timer(0.7m)) once = 1;
+    V(a) <+ n;
+    V(b) <+ 1k * when;
+    V(c) <+ once;
+end
+endmodule
+"""
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("start", [0.3e-3, 0.0, -0.1e-3])
+def test_timers_fire_when_they_say(start: float, method: str, tmp_path: Path) -> None:
+    """At start + k period, from the run's beginning on."""
+    deck = f"N1 a b c m\nR1 a d 1k\nC1 d 0 1n\nR2 b 0 1k\nR3 c 0 1k\n.model m clocked start={start}\n"
+    found = run(tmp_path, TIMER, f"{deck}.options method={method}\n.tran 50u 3m\n.save v(a) v(b) v(c)")
+    instants = [start + k * 0.25e-3 for k in range(20) if start + k * 0.25e-3 > -1e-9]
+    for k in range(1, 29):
+        t = k * 1e-4 + 2e-5
+        gone = [i for i in instants if i < t]
+        assert found.at("v(a)", t) == pytest.approx(len(gone), rel=1e-12)
+        assert found.at("v(b)", t) == pytest.approx(1e3 * gone[-1] if gone else 0, abs=1e-9)
+        assert found.at("v(c)", t) == pytest.approx(float(t > 0.7e-3), rel=1e-12)
+
+
+MOVING = """module moving(in, out); inout in, out; electrical in, out;
+real threshold, beyond;
+analog begin
+    @(initial_step) threshold = 0.5;
+    beyond = V(in) - threshold;
+    @(cross(beyond) or timer(2m)) threshold = -threshold;
+    V(out) <+ threshold;
+end
+endmodule
+"""
+
+
+@pytest.mark.parametrize("method", ["auto", "radau", "gear"])
+def test_a_threshold_moves_with_what_its_event_sets(method: str, tmp_path: Path) -> None:
+    """sin wt comes to 1/2 at 1/12 of a period, then to -1/2 at 7/12. A timer at 2 ms turns the threshold to -1/2, which is
+    crossed at 2 ms + 7/12 downwards, and 1/2 at 3 ms + 1/12 upwards."""
+    deck = f"V1 in 0 sin(0 1 1k)\nN1 in out m\nR1 out 0 1k\n.model m moving\n.options method={method}\n"
+    found = run(tmp_path, MOVING, f"{deck}.tran 10u 4m\n.save v(out)")
+    turns = [1 / 12, 7 / 12, 13 / 12, 19 / 12, 2, 2 + 7 / 12, 3 + 1 / 12, 3 + 7 / 12]
+    for k in range(80):
+        t = 0.05 * k + 0.02
+        assert found.at("v(out)", t * 1e-3) == pytest.approx(
+            0.5 * (-1) ** sum(t > u for u in turns), abs=1e-12
+        )
+
+
 def test_a_run_of_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     from emsim.cli import main
 
@@ -178,14 +234,16 @@ def test_a_run_of_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[
 @pytest.mark.parametrize(
     ("statement", "said"),
     [
-        ("@(timer(1n)) x = 1;", "timer"),
+        ("@(absdelta(V(a), 1)) x = 1;", "absdelta"),
+        ("@(timer(V(a))) x = 1;", "when a timer starts hangs on voltages"),
+        ("@(timer(0, -1)) x = 1;", "every -1 s"),
         ("@(cross(V(a), 2)) x = 1;", "a direction of 2"),
         ("@(cross(V(a), 1, 1n, 1n, 1)) x = 1;", "takes 1 to 4 arguments"),
         ("@(cross(V(a), 1)) x = 1; x = 2;", "set at an event and here"),
         ("if (V(a) > 0) @(cross(V(a), 1)) x = 1;", "inside of a condition"),
         ("@(cross(V(a), 1)) I(a) <+ 1;", "contribution at an event"),
         ("@(cross(V(a), 1)) y[0] = 1;", "y is set at an event, and is no number"),
-        ("@(cross(V(a), 1)) x = 1; I(a) <+ white_noise(x, \"x\");", "noise that hangs on events"),
+        ('@(cross(V(a), 1)) x = 1; I(a) <+ white_noise(x, "x");', "noise that hangs on events"),
     ],
 )
 def test_what_is_not_there_is_refused_by_name(statement: str, said: str, tmp_path: Path) -> None:

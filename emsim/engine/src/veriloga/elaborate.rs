@@ -938,7 +938,8 @@ impl<'a> Elaborator<'a> {
         // .noise alone asks for noise
         let during: Vec<(Id, Id)> = folded::ANALYSES
             .iter()
-            .map(|&(_, k)| (self.g.given(k), self.g.constant(f64::from(u8::from(k == folded::NOISE)))))
+            .filter_map(|name| Some((folded::symbol_of(name)?, f64::from(u8::from(*name == "noise")))))
+            .map(|(symbol, holds)| (self.g.given(symbol), self.g.constant(holds)))
             .collect();
         for power in noise.iter_mut().flat_map(|n| std::iter::once(&mut n.power).chain(n.exponent.as_mut())) {
             *power = crate::derive::substitute(&mut self.g, &[*power], &during)[0];

@@ -1,7 +1,7 @@
 //! Expressions: numbers where parameters decide, nodes of the graph where voltages do.
 use super::ast::{Expression, Operator, Type, E};
 use super::elaborate::{Answer, Elaborator, Num, Source, Val, MOST_NODES};
-use super::folded::{Limit, Mode, ANALYSES, GROUND};
+use super::folded::{symbol_of, Limit, Mode, GROUND};
 use super::source::{Place, Word};
 use crate::derive::gradient;
 use crate::graph::{Fun, Id, Node};
@@ -623,7 +623,7 @@ impl Elaborator<'_> {
                 let mut any = self.whole(0.0);
                 for &a in arguments {
                     let kind = self.text(a)?;
-                    if let Some(&(_, symbol)) = ANALYSES.iter().find(|s| s.0 == kind) {
+                    if let Some(symbol) = symbol_of(&kind) {
                         let id = self.g.given(symbol);
                         let one = self.g.constant(1.0);
                         let id = self.g.select(id, one, any.id);

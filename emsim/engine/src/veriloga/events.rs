@@ -4,7 +4,7 @@
 //! such a variable is a symbol, which in the end stands for what the last event left.
 use super::ast::{Expression, Statement, Type, E, S};
 use super::elaborate::{Answer, Elaborator, Num, State, Val};
-use super::folded::{Mode, SYMBOLS, TRAN};
+use super::folded::{symbol_of, Mode, SYMBOLS};
 use super::source::Place;
 use crate::derive::substitute;
 use crate::graph::{Id, Node};
@@ -116,9 +116,18 @@ impl Elaborator<'_> {
                     starts.push(on);
                     fired.push(rises);
                 }
+                "timer" => {
+                    let (at_once, later) = self.timer(trigger)?;
+                    starts.extend(at_once);
+                    fired.push(later);
+                }
                 name => {
                     let what = format!("@({name}) is not supported");
-                    return self.stop(self.place(trigger), what, "initial_step, final_step, cross and above are");
+                    return self.stop(
+                        self.place(trigger),
+                        what,
+                        "initial_step, final_step, cross, above and timer are",
+                    );
                 }
             }
         }
@@ -176,9 +185,58 @@ impl Elaborator<'_> {
             _ => return self.stop(at, format!("a direction of {direction}"), "1 is up, -1 down, 0 both"),
         };
         // LRM 5.10.3.2: sweeps see above, but no cross
-        let while_on = if is_cross { self.g.given(TRAN) } else { one };
+        let while_on = symbol_of("tran").filter(|_| is_cross).map_or(one, |k| self.g.given(k));
         let turned = self.g.mul(turned, while_on);
         Ok((on, self.g.mul(turned, begun)))
+    }
+
+    /// timer(start, period): does it fire where a run begins, and later?
+    fn timer(&mut self, trigger: E) -> Answer<(Option<Id>, Id)> {
+        let at = self.place(trigger);
+        let arguments: &[E] = match &self.library.expressions[trigger as usize] {
+            Expression::Call(_, arguments) => arguments,
+            _ => &[],
+        };
+        if arguments.is_empty() || arguments.len() > 3 {
+            let what = format!("@(timer) takes 1 to 3 arguments, here are {}", arguments.len());
+            return self.stop(at, what, "an enabling condition is written inside of the event");
+        }
+        let given = arguments.get(1).filter(|&&e| !matches!(self.library.expressions[e as usize], Expression::Empty));
+        let start = self.known(arguments[0], "when a timer starts")?;
+        let period = given.map_or(Ok(0.0), |&e| self.known(e, "the period of a timer"))?;
+        if !(start.is_finite() && period.is_finite() && period >= 0.0) {
+            return self.stop(
+                at,
+                format!("a timer from {start} s on, every {period} s"),
+                "a period is positive, or 0 for once",
+            );
+        }
+        // the first instant in the run
+        let repeats = period > 0.0;
+        let first = if start < 0.0 && repeats { start + (-start / period).ceil() * period } else { start };
+        let [zero, one] = [0.0, 1.0].map(|v| self.g.constant(v));
+        let at_once = (first == 0.0).then_some(one);
+        if !repeats && first <= 0.0 {
+            return Ok((at_once, zero));
+        }
+        let next = self.g.constant(if first > 0.0 { first } else { period });
+        // how often it has fired; the flag turns each time, and then waits for the next instant
+        let fired_so_far = self.g.symbol();
+        let before = self.mode(Mode::Kept(fired_so_far));
+        let (period, time) = (self.g.constant(period), self.g.time());
+        let since = self.g.mul(fired_so_far, period);
+        let next = self.g.add(next, since);
+        let (past, left) = (self.g.sub(time, next), self.g.sub(next, time));
+        let up = self.g.flag(self.modes.len() as u32);
+        let beyond = self.g.select(up, if repeats { left } else { one }, past);
+        let (up, begun) = (self.mode(Mode::Above(beyond)), self.begun());
+        let was = self.mode(Mode::Kept(up));
+        let was_not = self.g.sub(one, was);
+        let turned = self.g.select(up, was_not, was);
+        let turned = self.g.mul(turned, begun);
+        let sum = self.g.add(before, turned);
+        self.finals.push((fired_so_far, sum));
+        Ok((at_once, turned))
     }
 
     /// Runs the statement of an event. What it sets is made of values just before it.
