@@ -219,6 +219,31 @@ def test_a_threshold_moves_with_what_its_event_sets(method: str, tmp_path: Path)
         )
 
 
+LAST = """module last(in, a, b); inout in, a, b; electrical in, a, b;
+real first, twice, since;
+analog begin
+    @(initial_step) first = V(in);
+    @(initial_step) twice = 2 * first;
+    since = last_crossing(V(in) - 0.5, -1);
+    V(a) <+ since < 0 ? -1 : 1k * since;
+    V(b) <+ twice;
+end
+endmodule
+"""
+
+
+@pytest.mark.parametrize("method", ["auto", "radau", "trap"])
+def test_the_last_crossing_and_the_first_values(method: str, tmp_path: Path) -> None:
+    """sin(wt + pi/2) falls through 1/2 at 1/6 of a period and each period later; at the start it is 1."""
+    deck = f"V1 in 0 sin(0 1 1k 0 0 90)\nN1 in a b m\nR1 a 0 1k\nR2 b 0 1k\n.model m last\n.options method={method}\n"
+    found = run(tmp_path, LAST, f"{deck}.tran 10u 3m\n.save v(a) v(b)")
+    for k in range(1, 30):
+        t = 0.1 * k  # ms
+        then = int(t - 1 / 6) + 1 / 6 if t > 1 / 6 else -1
+        assert found.at("v(a)", t * 1e-3) == pytest.approx(then, abs=1e-6)
+        assert found.at("v(b)", t * 1e-3) == pytest.approx(2, rel=1e-12)
+
+
 def test_a_run_of_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     from emsim.cli import main
 

@@ -644,7 +644,8 @@ impl Elaborator<'_> {
                 n
             }
             "ac_stim" => self.stimulus(arguments)?,
-            "last_crossing" | "noise_table" | "noise_table_log" | "zi_nd" | "zi_np" | "zi_zd" | "zi_zp" => {
+            "last_crossing" => self.last_crossing(e)?,
+            "noise_table" | "noise_table_log" | "zi_nd" | "zi_np" | "zi_zd" | "zi_zp" => {
                 return self.stop(at, format!("{name} is not supported"), "");
             }
             _ => self.access(name, arguments, e)?,

@@ -91,6 +91,18 @@ impl Elaborator<'_> {
         }
     }
 
+    /// last_crossing(expression, direction): when; -1 before there was one.
+    pub fn last_crossing(&mut self, e: E) -> Answer<Num> {
+        let crossed = self.crossing(e)?.1;
+        let (time, symbol, begun) = (self.g.time(), self.g.symbol(), self.begun());
+        let (now, before) = (self.mode(Mode::Kept(time)), self.mode(Mode::Kept(symbol)));
+        let last = self.g.select(crossed, now, before);
+        let never = self.g.constant(-1.0);
+        let last = self.g.select(begun, last, never);
+        self.finals.push((symbol, last));
+        Ok(self.real(symbol))
+    }
+
     fn event_name(&self, trigger: E) -> &str {
         match &self.library.expressions[trigger as usize] {
             Expression::Name(word, _) | Expression::Call(word, _) => self.word(*word),
@@ -158,11 +170,11 @@ impl Elaborator<'_> {
             Expression::Call(_, arguments) => arguments,
             _ => &[],
         };
-        let is_cross = name == "cross";
+        let is_cross = name != "above";
         // the tolerances of time and value are those of the run: a step ends at the event
         let most = if is_cross { 4 } else { 3 };
         if arguments.is_empty() || arguments.len() > most {
-            let what = format!("@({name}) takes 1 to {most} arguments, here are {}", arguments.len());
+            let what = format!("{name} takes 1 to {most} arguments, here are {}", arguments.len());
             return self.stop(at, what, "an enabling condition is written inside of the event");
         }
         let x = self.plain_number(arguments[0])?.id;
