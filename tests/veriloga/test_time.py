@@ -175,7 +175,6 @@ def test_parameters_of_macros_have_defaults(tmp_path: Path) -> None:
         ("V(b) <+ absdelay(V(a), V(c));", "a delay hangs on voltages"),
         ("V(b) <+ absdelay(V(a), -1n);", "a delay of"),
         ("V(b) <+ idtmod(V(a), 0, -1);", "modulus"),
-        ("@(cross(V(a), 1)) x = 1; V(b) <+ x;", "cross"),
     ],
 )
 def test_what_is_not_there_is_refused_by_name(statement: str, said: str, tmp_path: Path) -> None:

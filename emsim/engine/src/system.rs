@@ -130,7 +130,7 @@ pub struct System {
     reduced: OnceLock<Result<Reduced, String>>,
     parts: OnceLock<Result<Box<Parts>, String>>,
     lowered: Mutex<Option<Box<Prepared>>>,
-    /// which analysis asks (folded::ANALYSES)
+    /// which analysis asks (folded::symbol_of)
     pub analysis: AtomicU32,
     /// of one whose index was lowered: the equations as they were, which runs start by
     pub whole: Option<Arc<System>>,
@@ -545,7 +545,7 @@ impl System {
             reduced: OnceLock::new(),
             parts: OnceLock::new(),
             lowered: Mutex::new(None),
-            analysis: AtomicU32::new(crate::veriloga::folded::TRAN),
+            analysis: AtomicU32::new(crate::veriloga::folded::symbol_of("tran").unwrap_or(0)),
             whole: None,
             slopes: model.slopes,
             passive: passive && devices.passive,

@@ -4,7 +4,7 @@
 use super::{Delay, FlagSpec, Kind, Law, Model, Unknown};
 use crate::devices::shape::seats;
 use crate::graph::{Fun, Graph, Id, Node};
-use crate::veriloga::folded::{self, Flow, Folded, Mode, ANALYSES, GMIN, GROUND, IC, SOURCE_SCALE, STATIC};
+use crate::veriloga::folded::{self, Flow, Folded, Mode, GMIN, GROUND, SOURCE_SCALE};
 use crate::waves::Wave;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::f64::consts::FRAC_PI_2;
@@ -14,13 +14,11 @@ use std::sync::Arc;
 const DURING: &str = "analysis ";
 /// The flag that is 1 where equations are linearised (assemble/context.py).
 const SMALL_SIGNALS: &str = "small signals";
-/// So little below a whole number is that number: rounding.
-const ON_THE_NUMBER: f64 = 1e-9;
 
 /// Is this the flag of that analysis (1), of another one (0), or none of these?
 pub fn runs_during(flag: &FlagSpec, symbol: u32) -> Option<bool> {
     let of = flag.name.strip_prefix(DURING).filter(|_| flag.law == Law::Kept)?;
-    Some(ANALYSES.iter().any(|&(name, k)| name == of && k == symbol))
+    Some(folded::analysis_of(symbol) == Some(of))
 }
 
 /// An operating-point value as an expression of the deck's.
@@ -227,27 +225,24 @@ impl Model {
         g.flag(k as u32)
     }
 
-    /// analysis("..") of that symbol.
-    fn analysis(&mut self, g: &mut Graph, symbol: u32) -> Id {
+    /// analysis("..").
+    fn analysis(&mut self, g: &mut Graph, name: &str) -> Id {
         let one = g.constant(1.0);
         let still = |model: &mut Self, g: &mut Graph| {
             let still = model.standstill();
             g.wave(still as u32)
         };
-        match symbol {
-            STATIC => {
+        match name {
+            "static" => {
                 let (still, moves) = (still(self, g), self.held(g, SMALL_SIGNALS, 0));
                 let rests = g.sub(one, moves);
                 g.mul(still, rests)
             }
-            IC => {
-                let (still, runs) = (still(self, g), self.analysis(g, folded::TRAN));
+            "ic" => {
+                let (still, runs) = (still(self, g), self.analysis(g, "tran"));
                 g.mul(still, runs)
             }
-            _ => {
-                let name = ANALYSES.iter().find(|a| a.1 == symbol).map_or("", |a| a.0);
-                self.held(g, &format!("{DURING}{name}"), i8::from(symbol == folded::TRAN))
-            }
+            _ => self.held(g, &format!("{DURING}{name}"), i8::from(name == "tran")),
         }
     }
 
@@ -270,7 +265,8 @@ impl Model {
         }
         let [one, two, three, four] = [1.0, 2.0, 3.0, 4.0].map(|v| g.constant(v));
         let [zero, turn, half] = [0.0, FRAC_PI_2, 0.5].map(|v| g.constant(v));
-        let past = g.constant(FRAC_PI_2 * ON_THE_NUMBER);
+        // rounding: what agrees with a whole number in half of its digits is on it
+        let past = g.constant(FRAC_PI_2 * f64::EPSILON.sqrt());
         let fourth = g.div(e, four);
         let fours = g.call(Fun::Floor, fourth);
         let fours = g.mul(four, fours);
@@ -304,7 +300,7 @@ impl Model {
                 Node::Wave(k) => g.wave(waves[k as usize] as u32),
                 Node::Symbol(GMIN) => g.constant(copy.gmin),
                 Node::Symbol(SOURCE_SCALE) => g.constant(1.0),
-                Node::Symbol(k) => self.analysis(g, k),
+                Node::Symbol(k) => self.analysis(g, folded::analysis_of(k).unwrap_or("")),
                 Node::NotLess(a, b) => {
                     let beyond = g.sub(copy.image[&b], copy.image[&a]);
                     match is_logic(g, beyond) {

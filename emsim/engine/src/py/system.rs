@@ -400,8 +400,8 @@ impl System {
 
     /// Which analysis asks from now on, in Verilog-A's words: dc, tran, ac, noise.
     fn begin(&self, analysis: &str) -> PyResult<()> {
-        let known = crate::veriloga::folded::ANALYSES.iter().find(|a| a.0 == analysis);
-        let &(_, symbol) = known.ok_or_else(|| PyValueError::new_err(format!("no analysis {analysis}")))?;
+        let known = crate::veriloga::folded::symbol_of(analysis);
+        let symbol = known.ok_or_else(|| PyValueError::new_err(format!("no analysis {analysis}")))?;
         self.inner.analysis.store(symbol, Relaxed);
         Ok(())
     }

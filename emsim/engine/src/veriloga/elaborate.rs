@@ -4,13 +4,14 @@
 //! A value is  id + d/dt q + noise: a charge goes along with what it is added to and multiplied by constants; anything else makes
 //! an unknown of its own of it. Noise likewise.
 use super::ast::{Allowed, Expression, Type, E};
+use super::events::Held;
 use super::folded::{
     self, Description, Flow, Folded, Kind, Limit, Mode, Output, Port, Unknown, GMIN, GROUND, SOURCE_SCALE,
 };
 use super::source::{Place, Word};
 use super::{Given, Library, Message, Value};
 use crate::graph::{Graph, Id, Node};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -84,6 +85,9 @@ pub struct Frame {
     pub early: HashMap<u32, Place>,
     /// of a function: its number + 1
     pub function: usize,
+    /// variables that events set
+    pub held: BTreeMap<u32, Held>,
+    pub at_event: bool,
 }
 
 /// One module of the hierarchy.
@@ -128,6 +132,8 @@ pub struct Elaborator<'a> {
     pub left_out: Vec<String>,
     pub starts: Vec<(usize, f64)>,
     pub modes: Vec<Mode>,
+    /// symbols of variables that keep their values, and what they come to
+    pub finals: Vec<(Id, Id)>,
     pub stimuli: Vec<(f64, f64)>,
     pub outputs: Vec<Output>,
     /// Only parameters have values.
@@ -171,6 +177,7 @@ impl<'a> Elaborator<'a> {
             left_out: Vec::new(),
             starts: Vec::new(),
             modes: Vec::new(),
+            finals: Vec::new(),
             stimuli: Vec::new(),
             outputs: Vec::new(),
             only_parameters: false,
@@ -678,9 +685,14 @@ impl<'a> Elaborator<'a> {
                 self.begin(k as u32, Some(e))?;
             }
         }
-        for &s in module.initial.iter().chain(&module.analog) {
+        for &s in &module.initial {
             self.execute(s)?;
         }
+        self.hold(&module.analog)?;
+        for &s in &module.analog {
+            self.execute(s)?;
+        }
+        self.finals.extend(self.frame.held.values().map(|held| (held.symbol, held.now)));
         self.operating_values()?;
         for instance in &module.instances {
             self.instance(instance)?;
@@ -926,7 +938,8 @@ impl<'a> Elaborator<'a> {
         // .noise alone asks for noise
         let during: Vec<(Id, Id)> = folded::ANALYSES
             .iter()
-            .map(|&(_, k)| (self.g.given(k), self.g.constant(f64::from(u8::from(k == folded::NOISE)))))
+            .filter_map(|name| Some((folded::symbol_of(name)?, f64::from(u8::from(*name == "noise")))))
+            .map(|(symbol, holds)| (self.g.given(symbol), self.g.constant(holds)))
             .collect();
         for power in noise.iter_mut().flat_map(|n| std::iter::once(&mut n.power).chain(n.exponent.as_mut())) {
             *power = crate::derive::substitute(&mut self.g, &[*power], &during)[0];
@@ -935,6 +948,12 @@ impl<'a> Elaborator<'a> {
         needed.extend(noise.iter().flat_map(|n| [Some(n.power), n.exponent]).flatten());
         needed.extend(self.bound_step);
         needed.extend(self.modes.iter().map(|mode| mode.of()));
+        // one may be made of those before it
+        for k in 1..self.finals.len() {
+            let (before, rest) = self.finals.split_at_mut(k);
+            rest[0].1 = crate::derive::substitute(&mut self.g, &[rest[0].1], before)[0];
+        }
+        let mut needed = crate::derive::substitute(&mut self.g, &needed, &self.finals);
         let unset = |id: Id| self.unset.contains_key(&id);
         if let Some(id) = self.reached(&needed, &unset) {
             let (word, at) = self.unset[&id];
@@ -949,10 +968,19 @@ impl<'a> Elaborator<'a> {
             let hint = "a parameter leads to 0/0, or to the logarithm or root of a negative number";
             return self.stop(about.at, what, hint);
         }
-        self.is_small(self.library.modules[self.scope.module].at)?;
+        let about = &self.library.modules[self.scope.module];
+        self.is_small(about.at)?;
+        let powers: Vec<Id> = noise.iter().flat_map(|n| [Some(n.power), n.exponent]).flatten().collect();
+        let powers = crate::derive::substitute(&mut self.g, &powers, &self.finals);
+        if self.g.reachable(&powers).into_iter().any(|id| matches!(self.g.node(id), Node::Flag(_) | Node::Wave(_))) {
+            let hint = "let voltages decide, or make it of a source that is always there";
+            return self.stop(about.at, "noise that hangs on events or on what was is not supported", hint);
+        }
         let holes: Vec<(Id, Id)> = self.unset.keys().map(|&id| (id, zero)).collect();
         // what is never read is 0
-        let values: Vec<Id> = self.outputs.iter().map(|o| o.value).chain(needed).collect();
+        let told: Vec<Id> = self.outputs.iter().map(|o| o.value).collect();
+        let mut values = crate::derive::substitute(&mut self.g, &told, &self.finals);
+        values.append(&mut needed);
         let mut values = crate::derive::substitute(&mut self.g, &values, &holes);
         let (mut flows, mut noise) = (flows, noise);
         let modes: Vec<Id> = values.split_off(values.len() - self.modes.len());

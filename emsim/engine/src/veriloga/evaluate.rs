@@ -1,7 +1,7 @@
 //! Expressions: numbers where parameters decide, nodes of the graph where voltages do.
 use super::ast::{Expression, Operator, Type, E};
 use super::elaborate::{Answer, Elaborator, Num, Source, Val, MOST_NODES};
-use super::folded::{Limit, Mode, ANALYSES, GROUND};
+use super::folded::{symbol_of, Limit, Mode, GROUND};
 use super::source::{Place, Word};
 use crate::derive::gradient;
 use crate::graph::{Fun, Id, Node};
@@ -65,7 +65,7 @@ impl Elaborator<'_> {
     }
 
     /// A number without d/dt and noise.
-    fn plain_number(&mut self, e: E) -> Answer<Num> {
+    pub fn plain_number(&mut self, e: E) -> Answer<Num> {
         let n = self.number(e)?;
         Ok(self.plain(&n))
     }
@@ -623,7 +623,7 @@ impl Elaborator<'_> {
                 let mut any = self.whole(0.0);
                 for &a in arguments {
                     let kind = self.text(a)?;
-                    if let Some(&(_, symbol)) = ANALYSES.iter().find(|s| s.0 == kind) {
+                    if let Some(symbol) = symbol_of(&kind) {
                         let id = self.g.given(symbol);
                         let one = self.g.constant(1.0);
                         let id = self.g.select(id, one, any.id);
@@ -644,7 +644,8 @@ impl Elaborator<'_> {
                 n
             }
             "ac_stim" => self.stimulus(arguments)?,
-            "last_crossing" | "noise_table" | "noise_table_log" | "zi_nd" | "zi_np" | "zi_zd" | "zi_zp" => {
+            "last_crossing" => self.last_crossing(e)?,
+            "noise_table" | "noise_table_log" | "zi_nd" | "zi_np" | "zi_zd" | "zi_zp" => {
                 return self.stop(at, format!("{name} is not supported"), "");
             }
             _ => self.access(name, arguments, e)?,
@@ -777,9 +778,13 @@ impl Elaborator<'_> {
         Ok(self.real(id))
     }
 
-    fn mode(&mut self, mode: Mode) -> Id {
-        self.modes.push(mode);
-        self.g.flag(self.modes.len() as u32 - 1)
+    pub fn mode(&mut self, mode: Mode) -> Id {
+        let known = self.modes.iter().position(|&m| m == mode);
+        let k = known.unwrap_or_else(|| {
+            self.modes.push(mode);
+            self.modes.len() - 1
+        });
+        self.g.flag(k as u32)
     }
 
     /// d expression / d potential of a node, or d flow of a branch.

@@ -1,8 +1,8 @@
 //! Statements: assignments, conditions, loops, contributions.
 use super::ast::{Expression, Statement, Type, Variable, E, S};
-use super::elaborate::{Answer, Branch, Elaborator, Frame, Num, State, Val, MOST_STEPS};
+use super::elaborate::{Answer, Elaborator, Frame, Num, State, Val, MOST_STEPS};
 use super::source::Place;
-use crate::graph::{Id, Node};
+use crate::graph::Id;
 use crate::interrupt;
 use std::rc::Rc;
 
@@ -38,7 +38,7 @@ impl Elaborator<'_> {
         Val::Num(Num { id, whole: variable.kind == Type::Integer, q: None, noise: None })
     }
 
-    fn variable(&self, k: u32) -> &Variable {
+    pub fn variable(&self, k: u32) -> &Variable {
         let module = &self.library.modules[self.scope.module];
         match self.frame.function {
             0 => &module.variables[k as usize],
@@ -81,7 +81,7 @@ impl Elaborator<'_> {
     }
 
     /// Gives a variable its value, with what it was noted for the condition that is run.
-    fn keep(&mut self, k: u32, value: Val) {
+    pub fn keep(&mut self, k: u32, value: Val) {
         let slot = &mut self.frame.values[k as usize];
         let old = std::mem::replace(slot, value);
         if self.stamp > 0 && self.frame.stamps[k as usize] != self.stamp {
@@ -91,6 +91,10 @@ impl Elaborator<'_> {
     }
 
     pub fn assign(&mut self, k: u32, index: Option<E>, value: Val, at: Place) -> Answer<()> {
+        if self.is_held(k) {
+            let what = format!("{} is set at an event and here", self.word(self.variable(k).name));
+            return self.stop(at, what, "what keeps its value is set at events alone");
+        }
         let kind = self.variable(k).kind;
         let value = match (self.frame.values.get(k as usize), index) {
             (Some(Val::Row(first, items)), Some(index)) => {
@@ -142,7 +146,12 @@ impl Elaborator<'_> {
             }
             Statement::Begin(k, initial) => {
                 let variable = self.variable(*k).clone();
-                if initial.is_some() {
+                if self.is_held(*k) {
+                    if initial.is_some() {
+                        let hint = "declare it in the module";
+                        return self.stop(variable.at, "a variable that events set begins anew here", hint);
+                    }
+                } else if initial.is_some() {
                     self.begin(*k, *initial)?;
                 } else if variable.size.is_none() && self.loops == 0 {
                     let value = self.unset_value(&variable);
@@ -188,7 +197,7 @@ impl Elaborator<'_> {
                 }
                 self.loops -= 1;
             }
-            Statement::Event(triggers, body) => self.event(triggers, *body, s)?,
+            Statement::Event(triggers, body) => self.event(triggers, *body, library.statement_places[s as usize])?,
             Statement::Contribute(to, e) => {
                 let value = self.number(*e)?;
                 self.contribute(*to, value)?;
@@ -502,61 +511,7 @@ impl Elaborator<'_> {
         Num { q, ..plain }
     }
 
-    // ---- events and tasks ----
-
-    fn event(&mut self, triggers: &[E], body: S, s: S) -> Answer<()> {
-        let library = self.library;
-        let mut run = false;
-        for &trigger in triggers {
-            let name = match &library.expressions[trigger as usize] {
-                Expression::Name(word, _) | Expression::Call(word, _) => self.word(*word),
-                _ => "",
-            };
-            match name {
-                "initial_step" => run = true,
-                "final_step" => {}
-                _ => {
-                    let hint =
-                        "@(initial_step) and @(final_step) are; conditions that voltages decide are written with if";
-                    return self.stop(self.place(trigger), format!("@({name}) is not supported"), hint);
-                }
-            }
-        }
-        if !run {
-            return Ok(());
-        }
-        // done at every evaluation, which is the same where nothing but parameters is read
-        let outer = std::mem::take(&mut self.frame.journal);
-        let stamp = self.stamp;
-        self.next_stamp += 1;
-        self.stamp = self.next_stamp;
-        let touched: Vec<State> = self.branches.iter().map(|b| b.state).collect();
-        self.execute(body)?;
-        let journal = std::mem::replace(&mut self.frame.journal, outer);
-        self.stamp = stamp;
-        let at = library.statement_places[s as usize];
-        let changed =
-            |(b, branch): (usize, &Branch)| touched.get(b).map_or(branch.state.touched, |t| branch.state != *t);
-        if self.branches.iter().enumerate().any(changed) {
-            let hint = "contribute outside of the event";
-            return self.stop(at, "a contribution at @(initial_step) is not supported", hint);
-        }
-        for (k, old) in journal {
-            let mut ids = Vec::new();
-            gathered(&self.frame.values[k as usize], &mut ids);
-            ids.retain(|id| !self.unset.contains_key(id));
-            let moves = |node: Node| matches!(node, Node::Unknown(_) | Node::Time);
-            let known = !self.g.reachable(&ids).into_iter().any(|id| moves(self.g.node(id)));
-            if !known {
-                let name = self.word(self.variable(k).name);
-                let what = format!("{name} is kept from @(initial_step), and hangs on voltages");
-                return self.stop(at, what, "what is done at the start must follow from parameters alone");
-            }
-            let new = std::mem::replace(&mut self.frame.values[k as usize], old);
-            self.keep(k, new);
-        }
-        Ok(())
-    }
+    // ---- tasks ----
 
     /// A system task.
     fn task(&mut self, e: E) -> Answer<()> {
@@ -689,14 +644,5 @@ impl Elaborator<'_> {
             }
         }
         Ok(Some(out.trim_end().to_string()))
-    }
-}
-
-/// The expressions that a value is made of.
-fn gathered(value: &Val, ids: &mut Vec<Id>) {
-    match value {
-        Val::Num(n) => ids.extend([Some(n.id), n.q].into_iter().flatten()),
-        Val::Text(_) => {}
-        Val::Row(_, items) => items.iter().for_each(|item| gathered(item, ids)),
     }
 }

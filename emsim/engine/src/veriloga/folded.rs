@@ -10,17 +10,20 @@ pub const GMIN: u32 = 0;
 /// `Node::Symbol` of the factor that sources are multiplied with while an operating point is looked for ($simparam("sourceScaleFactor")).
 pub const SOURCE_SCALE: u32 = 1;
 
-/// analysis("name") reads these symbols, each 1 or 0.
-pub const ANALYSES: &[(&str, u32)] =
-    &[("static", STATIC), ("dc", 3), ("tran", TRAN), ("ac", 5), ("noise", NOISE), ("ic", IC), ("nodeset", 8)];
-/// An operating point is sought, of whatever analysis.
-pub const STATIC: u32 = 2;
-pub const TRAN: u32 = 4;
-pub const NOISE: u32 = 6;
-/// ... that of a transient.
-pub const IC: u32 = 7;
+/// What analysis("name") knows: "static" is an operating point of any of them, "ic" that of a transient. Each is a symbol, 1 or 0.
+pub const ANALYSES: &[&str] = &["static", "dc", "tran", "ac", "noise", "ic", "nodeset"];
 /// Symbols below this have a meaning; no other is left in what is handed over.
-pub const SYMBOLS: u32 = 9;
+pub const SYMBOLS: u32 = SOURCE_SCALE + 1 + ANALYSES.len() as u32;
+
+/// The symbol of an analysis.
+pub fn symbol_of(analysis: &str) -> Option<u32> {
+    (SOURCE_SCALE + 1..).zip(ANALYSES).find(|a| *a.1 == analysis).map(|a| a.0)
+}
+
+/// The analysis of a symbol.
+pub fn analysis_of(symbol: u32) -> Option<&'static str> {
+    ANALYSES.get(symbol.checked_sub(SOURCE_SCALE + 1)? as usize).copied()
+}
 
 /// One instance. Expressions read port k as `Node::Unknown(k)`, time as `Node::Time`, mode k as `Node::Flag(k)` and the small signal of
 /// ac_stim k as `Node::Wave(k)`. Nothing else is free: every parameter is a constant. Conditions are `Select` and comparisons as

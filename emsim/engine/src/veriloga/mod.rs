@@ -8,6 +8,7 @@ mod body;
 mod declare;
 mod elaborate;
 mod evaluate;
+mod events;
 mod execute;
 pub mod folded;
 mod functions;
