@@ -380,7 +380,8 @@ class Machine(Mechanism):
             for card, law in self.laws
             if law.gap is not None
         ]
-        values = self.b.eval(self.public_all([apart for _, apart, _ in gaps]), x, 0.0) if gaps else []
+        zero = self.b.const(0.0)
+        values = self.b.eval(self.public_all([zero + apart for _, apart, _ in gaps]), x, 0.0) if gaps else []
         for (card, _, unit), gap in zip(gaps, values, strict=True):
             if gap < -INSIDE * (1.0 if unit == "rad" else closing.size(self, self.found.x)):
                 self._fail(
