@@ -380,8 +380,9 @@ class Machine(Mechanism):
             for card, law in self.laws
             if law.gap is not None
         ]
-        for card, apart, unit in gaps:
-            gap = self.b.eval([self.public(apart)], x, 0.0)[0]
+        zero = self.b.const(0.0)
+        values = self.b.eval(self.public_all([zero + apart for _, apart, _ in gaps]), x, 0.0) if gaps else []
+        for (card, _, unit), gap in zip(gaps, values, strict=True):
             if gap < -INSIDE * (1.0 if unit == "rad" else closing.size(self, self.found.x)):
                 self._fail(
                     "E258",

@@ -376,7 +376,14 @@ impl Modes {
                     towards(list, &readings, k).0 <= moves[k] && effort <= normal.mus.max(normal.mu) * load
                 });
                 let shares = shares && rests.contains(&true);
-                if free[i] > 0.0 && !shares && effort * short.instant > most {
+                let mut dead = || {
+                    if pair.is_some() || !hit(k) || readings[k].flow * sides[k] >= 0.0 || sides[k].abs() != 1.0 {
+                        return false;
+                    }
+                    let passed = self.passed(sys, w, (x, *t), short.ahead, &readings, (&asked, i, sides[k]), tol);
+                    effort * short.instant <= LATE * passed.unwrap_or(0.0) * stick
+                };
+                if free[i] > 0.0 && !shares && effort * short.instant > most && !dead() {
                     (free[i], dies) = (0.0, false);
                     turns |= turned;
                     pair.into_iter().for_each(|j| free[j] = 0.0);
@@ -470,6 +477,35 @@ impl Modes {
             }
         }
         true
+    }
+
+    /// How long ago the flow of a relay, the i-th of those asked, went through 0, by the rate at which it slides on to that side: a flow
+    /// is seen to turn once it is beyond its threshold, and what would have held it since then makes it 0.
+    #[allow(clippy::too_many_arguments)]
+    fn passed(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        (x, t): (&[f64], f64),
+        h: f64,
+        readings: &[Reading],
+        (asked, i, side): (&[usize], usize, f64),
+        tol: &Tolerances,
+    ) -> Option<f64> {
+        let list = &sys.laws.list;
+        let look = self.look(sys, w, x, t, h, asked, tol)?;
+        let mut bounds = bounds(list, readings, asked);
+        let at = &readings[asked[i]];
+        match list[asked[i]].normal {
+            Some(normal) => {
+                let slides = -side * normal.mu;
+                bounds.with[i] = with(asked, Some(normal), |_| 0.0).map(|(of, ..)| (of, slides, slides));
+            }
+            None => (bounds.lo[i], bounds.hi[i]) = (-side * at.bound, -side * at.bound),
+        }
+        let solution = lcp::solve(&look.a, &look.b, &bounds)?;
+        let rate = (solution.w[i] - at.flow) / h;
+        (rate * at.flow > 0.0).then(|| at.flow / rate)
     }
 
     /// Impacts, until nothing approaches.
@@ -849,13 +885,8 @@ fn rubs_by_load(sys: &System, w: &mut Work, x: &[f64], t: f64, struck: &[usize])
     })
 }
 
-/// The same with bounds as they are known.
-fn bounded(
-    look: &Look,
-    list: &[LawSpec],
-    readings: &[Reading],
-    asked: &[usize],
-) -> Option<(lcp::Solution, Vec<Option<f64>>)> {
+/// Bounds of the laws that are asked, at rest.
+fn bounds(list: &[LawSpec], readings: &[Reading], asked: &[usize]) -> Bounds {
     let own = |k: usize| match list[k].form {
         Form::Relay if list[k].normal.is_some() => (0.0, 0.0),
         Form::Relay => (-readings[k].stick.max(readings[k].bound), readings[k].stick.max(readings[k].bound)),
@@ -863,11 +894,22 @@ fn bounded(
     };
     let (lo, hi): (Vec<f64>, Vec<f64>) = asked.iter().map(|&k| own(k)).unzip();
     let mut bounds = Bounds::new(lo, hi);
-    let m = asked.len();
     for (i, &k) in asked.iter().enumerate() {
         bounds.with[i] = with(asked, list[k].normal, |normal| normal.mus.max(normal.mu));
         bounds.pair[i] = law_at(asked, list[k].across);
     }
+    bounds
+}
+
+/// The same with bounds as they are known.
+fn bounded(
+    look: &Look,
+    list: &[LawSpec],
+    readings: &[Reading],
+    asked: &[usize],
+) -> Option<(lcp::Solution, Vec<Option<f64>>)> {
+    let m = asked.len();
+    let mut bounds = bounds(list, readings, asked);
     let mut goes: Vec<Option<f64>> = vec![None; m];
     loop {
         let solution = lcp::solve(&look.a, &look.b, &bounds)?;

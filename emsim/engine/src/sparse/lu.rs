@@ -416,7 +416,9 @@ impl<T: Scalar> Lu<T> {
                 while g < c.group_end as usize {
                     let group = *self.arranged.groups.get_unchecked(g);
                     let u = *lu.get_unchecked(group.u as usize);
-                    for i in 0..group.len as usize {
+                    // (of laws that are open the row is that of the identity)
+                    let len = if u == T::ZERO { 0 } else { group.len as usize };
+                    for i in 0..len {
                         let target = *self.arranged.targets.get_unchecked(t + i) as usize;
                         let l = *lu.get_unchecked(group.l as usize + i);
                         *lu.get_unchecked_mut(target) -= l * u;
@@ -457,7 +459,8 @@ impl<T: Scalar> Lu<T> {
                 while g < c.group_end as usize {
                     let group = *self.arranged.groups.get_unchecked(g);
                     let u = *x.get_unchecked(*self.arranged.rows.get_unchecked(group.u as usize) as usize);
-                    for e in group.l as usize..(group.l + group.len) as usize {
+                    let end = group.l + if u == T::ZERO { 0 } else { group.len };
+                    for e in group.l as usize..end as usize {
                         *x.get_unchecked_mut(*self.arranged.rows.get_unchecked(e) as usize) -= *lu.get_unchecked(e) * u;
                     }
                     g += 1;

@@ -114,24 +114,33 @@ fn plain(matrix: &[f64], q: &[f64]) -> Option<Vec<f64>> {
         }
         std::mem::replace(&mut basis[row], column)
     };
+    let found = |rows: &[Vec<f64>], basis: &[usize]| {
+        let mut z = vec![0.0; n];
+        for (row, &at) in rows.iter().zip(basis) {
+            if (n..2 * n).contains(&at) {
+                z[at - n] = row[last].max(0.0);
+            }
+        }
+        z
+    };
+    let none = TINY * q.iter().fold(0.0, |most: f64, q| most.max(q.abs()));
     let mut row = (0..n).reduce(|best, i| if earlier(&rows, &|_| 1.0, i, best) { i } else { best })?;
     let mut enters = 2 * n;
     for _ in 0..50 + 20 * n {
         let leaves = pivot(&mut rows, &mut basis, row, enters);
         if leaves == 2 * n {
-            let mut z = vec![0.0; n];
-            for (row, &at) in rows.iter().zip(&basis) {
-                if (n..2 * n).contains(&at) {
-                    z[at - n] = row[last].max(0.0);
-                }
-            }
-            return Some(z);
+            return Some(found(&rows, &basis));
         }
         enters = if leaves < n { n + leaves } else { leaves - n };
         let size = rows.iter().map(|r| r[enters].abs()).fold(0.0, f64::max);
         let can: Vec<usize> = (0..n).filter(|&i| rows[i][enters] > TINY * size).collect();
         let by = |i: usize| rows[i][enters];
-        row = can.into_iter().reduce(|best, i| if earlier(&rows, &by, i, best) { i } else { best })?;
+        let Some(next) = can.into_iter().reduce(|best, i| if earlier(&rows, &by, i, best) { i } else { best }) else {
+            // a ray from where z0 is 0 to rounding: it has been solved
+            let z0 = basis.iter().position(|&at| at == 2 * n)?;
+            return (rows[z0][last] <= none).then(|| found(&rows, &basis));
+        };
+        row = next;
         // z0 leaves as soon as it can
         if let Some(z0) = basis.iter().position(|&at| at == 2 * n) {
             let (own, best) = (rows[z0][last] / rows[z0][enters], rows[row][last] / rows[row][enters]);
