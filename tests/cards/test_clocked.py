@@ -213,3 +213,37 @@ def test_field_oriented_control_beside_its_equations_in_rotor_axes():
         x = solve_ivp(rates, (0, period), x, rtol=1e-9, atol=1e-11).y[:, -1]
     assert r.at("omega(shaft)", 200 * period) == pytest.approx(x[2], rel=1e-5)
     assert r.at("foc.q", 199.5 * period) == pytest.approx(r.at("foc.ref", 199.5 * period), rel=0.2)
+
+
+LOOP = "CLOCK c {c}\nCLOCK d {d}\nBLOCK b clock={b} n[-1]=0 n={{n[-1]+time}} v(u)={{n}}\nPWM p h l {p}\nR1 h x 1k\nC1 x l 1n\n"
+USUAL = {"c": "freq=1meg", "d": "of=c every=2", "b": "d", "p": "clock=c duty={0.3} level=2"}
+
+
+@pytest.mark.parametrize(
+    ("card", "one", "other"),
+    [
+        ("c", "freq=1meg", "freq=2meg"),
+        ("c", "period=1u", "period=2u"),
+        ("c", "freq=1meg offset=0.2u", "freq=1meg offset=0.3u"),
+        ("c", "freq=1meg delay=0.2u", "freq=1meg delay=0.3u"),
+        ("d", "of=c every=2", "of=c every=3"),
+        ("d", "of=c every=3 skip=1", "of=c every=3 skip=2"),
+        ("d", "of=c every=2 delay=0.2u", "of=c every=2 delay=0.3u"),
+        ("d", "of=c every=2", "freq=1meg"),
+        ("b", "c", "d"),
+        ("p", "clock=c duty={0.3}", "clock=d duty={0.3}"),
+        ("p", "clock=c duty={0.3}", "clock=c duty={0.4}"),
+        ("p", "clock=c duty={0.3} align=left", "clock=c duty={0.3} align=right"),
+        ("p", "clock=c duty={0.3} dead=10n", "clock=c duty={0.3} dead=20n"),
+        ("p", "clock=c duty={0.3} level=2", "clock=c duty={0.3} level=3"),
+    ],
+)
+def test_no_word_of_a_clock_is_ignored(card, one, other):
+    def seen(told: str) -> np.ndarray:
+        cards = LOOP.format(**{**USUAL, card: told})
+        result = emsim.run(f"words\n{cards}.tran 0.25u 7.9u\n.end\n")
+        return np.concatenate(
+            [np.interp(np.linspace(1e-6, 7.9e-6, 50), result.time, result[s]) for s in ("v(u)", "v(x)")]
+        )
+
+    assert np.abs(seen(one) - seen(other)).max() > 1e-9

@@ -30,6 +30,9 @@ NOT_IN_THE_EQUATIONS = {
     "R tol", "C tol", "L tol",  # drawn by emsim sweep: tests/sweeps
     "C model defl",  # without l= on the line ngspice has no capacitance of a model either
     "L nt", "L model csect", "L model dia", "L model length", "L model nt", "L model mu",  # the inductance is given beside them
+    # what ticks do: tests/cards/test_clocked.py
+    *(f"CLOCK {word}" for word in "freq period offset of every skip delay".split()),
+    *(f"PWM {word}" for word in "clock duty align dead level".split()), "BLOCK clock",
     "CONTACT mus",  # asked where modes are decided: tests/physics/test_rubbing.py
     "MOTOR tstall",  # compared with what the others say
     "D off",  # where Newton's method begins
@@ -463,6 +466,7 @@ def test_what_would_have_no_effect_is_refused(line):
 
 
 ARM = ".gravity 9.81\nBODY arm m=1 shape=rod(1)\nJOINT h 0 arm pin ic=30deg\n"
+DISC = "BODY b m=1 shape=disc(0.2)\n"
 ROTOR = "BODY rotor m=1 j=0.01\nJOINT h 0 rotor pin ic=(0.3,2)\n"
 SLED = "BODY sled m=1 j=0.1\nJOINT h 0 sled slide axis=(1,0) ic=(0.3,2)\n"
 FREE = "BODY b m=1 j=0.1 @\nSPRING s b 0 k=3\n"
@@ -588,6 +592,10 @@ MACHINES = {
             for key, a, b in (("k", 1, 2), ("c", 0.1, 0.2), ("e", 0.1, 0.2), ("n", 1, 2))
         },
         "mu": (ARM + "CONTACT t arm(1,0) 0(0,1) k=1 rq=2 @\n", "mu=0.2", "mu=0.3"),
+    },
+    "SHAPE": {
+        "at": (DISC + "SHAPE f 0 box(1,0.1) @\nCONTACT c b f k=1\n", "at=(0,-0.15)", "at=(0,-0.2)"),
+        "angle": (DISC + "SHAPE f 0 box(1,0.1) at=(0,-0.15) @\nCONTACT c b f k=1\n", "angle=0.1", "angle=0.3"),
     },
     "FORCE": {
         "dir": (ARM + "FORCE f arm(1,0) @ 2\n", "dir=(1,0)", "dir=(0,1)"),
