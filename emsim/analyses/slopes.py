@@ -133,7 +133,7 @@ def check(assembly: Assembly, analysis: Analysis) -> None:
     if assembly.ctx.digital:
         said = "digital nodes hand instants on, not values: sensitivities through them are not computed"
         raise _unfit(said, analysis.card)
-    if assembly.ctx.clocks is not None:
+    if assembly.ctx.flat.clocked:
         raise _unfit("blocks jump at their ticks: sensitivities through them are not computed", analysis.card)
     if assembly.options["method"] == "multirate":
         raise _unfit(

@@ -159,7 +159,7 @@ class Tran(Analysis):
             else "digital nodes"
             if ctx.digital
             else "clocks"
-            if ctx.clocks is not None
+            if ctx.flat.clocked
             else ""
         )
         if what or method == "multirate":

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from .._engine import System
     from ..elaborate.flat import FlatDeck
     from .accounts import Accounts
+    from .clocked import Clocks
     from .drawing import Drawing
     from .flows import Flows
     from .machine import Machine
@@ -113,9 +114,9 @@ def assemble(
     from . import circuit, topology
     from .scale import scale
 
-    ctx = _unknowns(flat, options, times, context, noted=noted)
+    ctx, clocks = _unknowns(flat, options, times, context, noted=noted)
     if ctx.machine is not None and ctx.machine.open_reactions and not ctx.machine.shares:
-        ctx = _unknowns(flat, options, times, context, shares=True, noted=noted)
+        ctx, clocks = _unknowns(flat, options, times, context, shares=True, noted=noted)
     if ctx.machine is not None:
         size = ctx.scale = scale(ctx.machine)
         options.update(length=size.length, mass=size.mass)
@@ -126,9 +127,9 @@ def assemble(
     if ctx.machine is not None:
         ctx.machine.contribute()
         ctx.machine.check_poles()
-    if ctx.clocks is not None:
-        ctx.clocks.contribute(ctx)
-        ctx.clocks.tell(ctx, analyses)
+    if clocks is not None:
+        clocks.contribute(ctx)
+        clocks.tell(ctx, analyses)
 
     ctx.names_own = any(a.names_itself for a in analyses)
     for name, where in ctx.responses:
@@ -162,9 +163,9 @@ def _unknowns(
     context: type[Context],
     shares: bool = False,
     noted: bool = False,
-) -> Context:
-    """Circuit and machine with all their unknowns, so that every expression can name every node and branch. `shares`: loads are
-    shared where equilibrium does not say how (sharing.py)."""
+) -> tuple[Context, Clocks | None]:
+    """Circuit and machine with all their unknowns, so that every expression can name every node and branch. `shares`:
+    loads are shared where equilibrium does not say how (sharing.py)."""
     from .._engine import Builder
     from . import circuit
 
@@ -172,16 +173,17 @@ def _unknowns(
     ctx.times, ctx.shares = times, shares
     if noted or flat.inputs is not None:
         ctx.b.note_places()
+    clocks = None
     if flat.clocked:
         from .clocked import Clocks
 
-        ctx.clocks = Clocks(ctx)
+        clocks = Clocks(ctx)
     circuit.allocate(ctx)
     if flat.machine:
         ctx.machine = _machine(ctx)
         ctx.machine.build()
     flat.sink.raise_if_errors()
-    return ctx
+    return ctx, clocks
 
 
 def _machine(ctx: Context) -> Machine:

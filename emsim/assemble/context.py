@@ -95,7 +95,6 @@ class Context:
         # name of a digital node -> its number, its level as an expression: 0, 1, 1/2 where it is undefined
         self.digital: dict[str, tuple[int, Expr]] = {}
         self.signals: dict[str, Expr] = {}  # of blocks, as circuit and machine see them: pi.u
-        self.clocks: Any = None  # clocks and blocks (clocked.py), where there are any
         self.saved: dict[str, Output] | None = None  # columns that every analysis records (outputs.py)
         self.is_drawn = flat.is_drawn and 0 < len(flat.elements) + len(flat.machine) <= DRAWN
         self.aside: set[str] = set()  # branches that only the drawing of the circuit reads
@@ -106,7 +105,6 @@ class Context:
         self.transferred: dict[str, Expr] = {}  # what a source's transfer function gives
         self.responses: list[tuple[str, Span | None]] = []  # of gains that only small signals know
         self._ddts: dict[int, int] = {}
-        self._flag_count = 0
         self.shafts: dict[
             tuple[str, int], tuple[int, int]
         ] = {}  # (element, terminal on a joint) -> its node, its effort

@@ -935,15 +935,7 @@ impl<'a> Elaborator<'a> {
         merged: Vec<(usize, usize)>,
     ) -> Answer<Folded> {
         let zero = self.g.constant(0.0);
-        // .noise alone asks for noise
-        let during: Vec<(Id, Id)> = folded::ANALYSES
-            .iter()
-            .filter_map(|name| Some((folded::symbol_of(name)?, f64::from(u8::from(*name == "noise")))))
-            .map(|(symbol, holds)| (self.g.given(symbol), self.g.constant(holds)))
-            .collect();
-        for power in noise.iter_mut().flat_map(|n| std::iter::once(&mut n.power).chain(n.exponent.as_mut())) {
-            *power = crate::derive::substitute(&mut self.g, &[*power], &during)[0];
-        }
+        self.ask_for_noise(&mut noise);
         let mut needed: Vec<Id> = flows.iter().flat_map(|f| [f.i, f.q]).collect();
         needed.extend(noise.iter().flat_map(|n| [Some(n.power), n.exponent]).flatten());
         needed.extend(self.bound_step);
@@ -1012,6 +1004,18 @@ impl<'a> Elaborator<'a> {
             modes: self.modes,
             stimuli: self.stimuli,
         })
+    }
+
+    /// Powers as they are while `.noise` runs, which alone asks for them.
+    fn ask_for_noise(&mut self, noise: &mut [folded::Noise]) {
+        let during: Vec<(Id, Id)> = folded::ANALYSES
+            .iter()
+            .filter_map(|name| Some((folded::symbol_of(name)?, f64::from(u8::from(*name == "noise")))))
+            .map(|(symbol, holds)| (self.g.given(symbol), self.g.constant(holds)))
+            .collect();
+        for power in noise.iter_mut().flat_map(|n| std::iter::once(&mut n.power).chain(n.exponent.as_mut())) {
+            *power = crate::derive::substitute(&mut self.g, &[*power], &during)[0];
+        }
     }
 
     /// What is bad and can be reached: not what lies behind conditions that exclude each other.
