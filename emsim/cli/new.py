@@ -5,7 +5,8 @@ by a torque), motor (a DC motor with a flywheel), pendulum (an arm under positio
 spring (a mass on a spring); with parts of the library, .include servo.lib and so on: servo (motor, gear and control on an arm),
 gearmotor (by its data sheet, with a winch), relay (with its armature), solenoid (pulls a plunger), voicecoil (shakes a cone),
 encoder (counts a wheel's turns), hbridge (turns a motor both ways), inverter (runs a brushless motor), pid (two controllers, one
-of them sampled). A lesson's name, such as 04_motor, is a template too (`emsim lessons`). A file that exists is left alone."""
+of them sampled), foc (field-oriented control by blocks of a clock). A lesson's name, such as 04_motor, is a template too
+(`emsim lessons`). A file that exists is left alone."""
 
 from __future__ import annotations
 

@@ -107,3 +107,11 @@ def test_both_controllers_hold_the_speed() -> None:
     assert found.at("omega(s2)", 1.0) == pytest.approx(100.0, rel=1e-4)
     held = np.asarray(found["v(u2)"])[(np.asarray(found.time) > 0.1011) & (np.asarray(found.time) < 0.1049)]
     assert np.ptp(held) < 0.05  # it holds between its samples, but for what it adds up
+
+
+def test_the_field_oriented_drive_keeps_its_speed_under_load() -> None:
+    found = shown("foc")
+    # 3/2 p psi iq carries 0.1 N m; the integrals leave no error of speed and no current along the magnet
+    assert found.at("omega(shaft)", 0.5) == pytest.approx(100, abs=1e-4)
+    assert found.at("foc.q", 0.5) == pytest.approx(0.1 / (1.5 * 4 * 12e-3), rel=1e-4)
+    assert abs(found.at("foc.d", 0.5)) < 1e-6
