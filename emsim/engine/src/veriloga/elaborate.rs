@@ -11,7 +11,7 @@ use super::folded::{
 use super::source::{Place, Word};
 use super::{Given, Library, Message, Value};
 use crate::graph::{Graph, Id, Node};
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -930,7 +930,7 @@ impl<'a> Elaborator<'a> {
     /// Everything that is computed has a value.
     fn complete(
         mut self,
-        flows: Vec<Flow>,
+        mut flows: Vec<Flow>,
         mut noise: Vec<folded::Noise>,
         merged: Vec<(usize, usize)>,
     ) -> Answer<Folded> {
@@ -974,7 +974,6 @@ impl<'a> Elaborator<'a> {
         let mut values = crate::derive::substitute(&mut self.g, &told, &self.finals);
         values.append(&mut needed);
         let mut values = crate::derive::substitute(&mut self.g, &values, &holes);
-        let (mut flows, mut noise) = (flows, noise);
         let modes: Vec<Id> = values.split_off(values.len() - self.modes.len());
         self.modes.iter_mut().zip(modes).for_each(|(mode, e)| *mode = mode.with(e));
         let mut values = values.into_iter();
@@ -1016,65 +1015,6 @@ impl<'a> Elaborator<'a> {
         for power in noise.iter_mut().flat_map(|n| std::iter::once(&mut n.power).chain(n.exponent.as_mut())) {
             *power = crate::derive::substitute(&mut self.g, &[*power], &during)[0];
         }
-    }
-
-    /// What is bad and can be reached: not what lies behind conditions that exclude each other.
-    fn reached(&self, needed: &[Id], bad: &dyn Fn(Id) -> bool) -> Option<Id> {
-        let mut tainted: HashSet<Id> = HashSet::new();
-        for id in self.g.reachable(needed) {
-            if bad(id) || self.g.node(id).operands().any(|o| tainted.contains(&o)) {
-                tainted.insert(id);
-            }
-        }
-        let (mut assumed, mut clean, mut budget) = (HashMap::new(), vec![HashSet::new()], 200_000);
-        needed.iter().find_map(|&id| self.leads(id, bad, &tainted, &mut assumed, &mut clean, &mut budget))
-    }
-
-    /// `clean`: what was found to lead nowhere, for each assumption more; what does under few assumptions does under more of them.
-    fn leads(
-        &self,
-        id: Id,
-        bad: &dyn Fn(Id) -> bool,
-        tainted: &HashSet<Id>,
-        assumed: &mut HashMap<Id, bool>,
-        clean: &mut Vec<HashSet<Id>>,
-        budget: &mut usize,
-    ) -> Option<Id> {
-        if !tainted.contains(&id) || clean.iter().any(|c| c.contains(&id)) {
-            return None;
-        }
-        if bad(id) || *budget == 0 {
-            // of what takes too long to follow any one is told
-            return tainted.iter().copied().find(|&t| bad(t) && (t == id || *budget == 0));
-        }
-        *budget -= 1;
-        let mut found = None;
-        if let Node::Select(c, a, b) = self.g.node(id) {
-            if let Some(&known) = assumed.get(&c) {
-                found = self.leads(if known { a } else { b }, bad, tainted, assumed, clean, budget);
-            } else {
-                found = self.leads(c, bad, tainted, assumed, clean, budget);
-                for (side, holds) in [(a, true), (b, false)] {
-                    if found.is_none() {
-                        assumed.insert(c, holds);
-                        clean.push(HashSet::new());
-                        found = self.leads(side, bad, tainted, assumed, clean, budget);
-                        clean.pop();
-                        assumed.remove(&c);
-                    }
-                }
-            }
-        } else {
-            for o in self.g.node(id).operands() {
-                found = found.or_else(|| self.leads(o, bad, tainted, assumed, clean, budget));
-            }
-        }
-        if found.is_none() {
-            if let Some(top) = clean.last_mut() {
-                top.insert(id);
-            }
-        }
-        found
     }
 
     /// Makes two unknowns one, unless that would join two terminals.

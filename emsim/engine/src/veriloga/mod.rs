@@ -12,6 +12,7 @@ mod events;
 mod execute;
 pub mod folded;
 mod functions;
+mod reached;
 mod source;
 mod tree;
 
