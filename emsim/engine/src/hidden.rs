@@ -13,8 +13,8 @@
 //! sources' slopes (`Wave::slope`), which are known exactly, currents and voltages that follow from them jump where the sources bend,
 //! whatever the method. (Hairer and Wanner 1996, section VII.2: index reduction by differentiation.)
 //!
-//! The rows of nodes that only capacitors tie together store nothing in their sum, which is such a constraint; where one of these
-//! relations needs it, it takes the place of one of them first.
+//! The rows of nodes that only capacitors tie together store nothing in their sum, which is such a constraint and takes the place of
+//! one of them, where it is not long: what a source drives into them follows from voltages then, not from a change of charges.
 //!
 //! A constraint that reads a slope already is not differentiated again: slopes jump. One that reads a source which jumps is left as
 //! it is, for what it hides is an impulse there, and one that holds expressions that are not linear: no row here is an approximation.
