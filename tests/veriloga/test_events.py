@@ -6,10 +6,10 @@ from math import asin, exp, log, pi, sin
 from pathlib import Path
 
 import pytest
+from module_decks import HEAD, run
 
 import emsim
 
-HEAD = '`include "disciplines.vams"\n'
 METHODS = ["auto", "radau", "gear", "trap", "dop853"]
 
 # an oscillator of relaxation: out is 1 until the capacitor has come to 2/3, then 0 down to 1/3
@@ -57,12 +57,6 @@ analog begin
 end
 endmodule
 """
-
-
-def run(tmp_path: Path, module: str, deck: str) -> emsim.Result:
-    (tmp_path / "m.va").write_text(HEAD + module)
-    (tmp_path / "deck.cir").write_text(f"title\n.hdl m.va\n{deck}\n.end\n")
-    return emsim.run(tmp_path / "deck.cir")
 
 
 @pytest.mark.parametrize("method", METHODS)

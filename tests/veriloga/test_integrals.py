@@ -6,10 +6,10 @@ from math import cos, pi, sin
 from pathlib import Path
 
 import pytest
+from module_decks import run
 
 import emsim
 
-HEAD = '`include "disciplines.vams"\n'
 STORE = """module store(p, n); inout p, n; electrical p, n;
 electrical x;
 parameter real start = 0.5;
@@ -39,12 +39,6 @@ analog begin
 end
 endmodule
 """
-
-
-def run(tmp_path: Path, module: str, deck: str) -> emsim.Result:
-    (tmp_path / "m.va").write_text(HEAD + module)
-    (tmp_path / "deck.cir").write_text(f"title\n.hdl m.va\n{deck}\n.end\n")
-    return emsim.run(tmp_path / "deck.cir")
 
 
 @pytest.mark.parametrize("method", ["auto", "radau", "gear", "trap", "esdirk", "trbdf2"])

@@ -7,10 +7,10 @@ from math import cos, exp, pi, sin
 from pathlib import Path
 
 import pytest
+from module_decks import HEAD, run
 
 import emsim
 
-HEAD = '`include "disciplines.vams"\n'
 SINE = """module sine(p, n); inout p, n; electrical p, n;
 parameter real f = 1k, a = 2;
 (* desc="what it gives", units="V" *) real v;
@@ -46,12 +46,6 @@ end
 endmodule
 """
 METHODS = ["auto", "radau", "gear", "trap", "esdirk", "trbdf2", "dop853"]
-
-
-def run(tmp_path: Path, module: str, deck: str) -> emsim.Result:
-    (tmp_path / "m.va").write_text(HEAD + module)
-    (tmp_path / "deck.cir").write_text(f"title\n.hdl m.va\n{deck}\n.end\n")
-    return emsim.run(tmp_path / "deck.cir")
 
 
 @pytest.mark.parametrize("method", METHODS)

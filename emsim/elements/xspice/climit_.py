@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, flag, named, reading
-from .limit_ import limited
+from .base import CodeModel, Seat, Word, driving, named, reading
+from .limit_ import LIMITS, limited
 
 
 class ControlledLimit(CodeModel):
@@ -16,8 +16,8 @@ class ControlledLimit(CodeModel):
         gain=Word("gain", "", 1.0),
         upper_delta=Word("the upper limit lies so far below its input", "", 0.0),
         lower_delta=Word("the lower limit lies so far above its input", "", 0.0),
-        limit_range=Word("on either side of a limit the output turns within so much", "", 1e-6),
-        fraction=flag("limit_range is a part of the distance of the limits"),
+        limit_range=LIMITS["limit_range"],
+        fraction=LIMITS["fraction"],
     )
 
     def build(self, seat: Seat) -> None:

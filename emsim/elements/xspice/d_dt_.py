@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .base import CodeModel, Seat, Word, driving, named, reading
-from .limit_ import limited, ordered
+from .limit_ import FREE, limited, ordered
 
 
 class Differentiator(CodeModel):
@@ -14,9 +14,7 @@ class Differentiator(CodeModel):
     parameters = named(
         gain=Word("gain", "s", 1.0),
         out_offset=Word("added to the output", "", 0.0),
-        out_lower_limit=Word("the output's least value; none: no limit"),
-        out_upper_limit=Word("the output's largest value; none: no limit"),
-        limit_range=Word("on either side of a limit the output turns within so much", "", 1e-6),
+        **FREE,
     )
 
     def check(self, seat: Seat) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .base import CodeModel, Seat, Word, driving, named, reading
-from .limit_ import ordered
+from .limit_ import FREE, ordered
 
 
 class Integrator(CodeModel):
@@ -14,9 +14,7 @@ class Integrator(CodeModel):
     parameters = named(
         in_offset=Word("added to the input", "", 0.0),
         gain=Word("gain", "1/s", 1.0),
-        out_lower_limit=Word("the output's least value; none: no limit"),
-        out_upper_limit=Word("the output's largest value; none: no limit"),
-        limit_range=Word("on either side of a limit the output turns within so much", "", 1e-6),
+        **FREE,
         out_ic=Word("output at the start", "", 0.0),
     )
 

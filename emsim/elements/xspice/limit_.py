@@ -15,6 +15,9 @@ LIMITS = {
     "limit_range": Word("on either side of a limit the output turns within so much", "", 1e-6),
     "fraction": flag("limit_range is a part of the distance of the limits"),
 }
+# of what runs free unless it is told where to stop
+FREE = {key: Word(f"{LIMITS[key].meaning}; none: no limit") for key in ("out_lower_limit", "out_upper_limit")}
+FREE["limit_range"] = LIMITS["limit_range"]
 
 
 def limited(seat: Seat, value: Expr, low: Scalar | None, high: Scalar | None, reach: Scalar) -> Expr:
