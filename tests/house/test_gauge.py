@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import json
+from collections import Counter
+from pathlib import Path
 
 import gauge
 import pytest
@@ -30,6 +32,15 @@ def test_ceilings_only_come_down(monkeypatch, tmp_path):
     monkeypatch.setattr(gauge, "CEILINGS", path)
     found = gauge.lowered([gauge.Count("a", 3), gauge.Count("b", 9)])
     assert (found["a"]["ceiling"], found["b"]["ceiling"]) == (3, 5)
+
+
+def test_files_of_tests_have_names_of_their_own():
+    # pytest imports them as top-level modules, so that two of one name end its collection
+    tests = Path(__file__).parents[1]
+    names = Counter(
+        path.name for path in tests.rglob("test_*.py") if not (path.parent / "__init__.py").exists()
+    )
+    assert [name for name, files in names.items() if files > 1] == []
 
 
 RUST = """
