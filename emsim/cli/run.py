@@ -1,7 +1,7 @@
 """usage: emsim run [options] deck.cir        (or emsim deck.cir, or - for stdin)
 
 Simulates a deck. All results go to deck.raw in the working directory, .print tables to stdout (or, with --plot, what is
-drawn), notes and diagnostics to stderr."""
+drawn; none with -r, as in ngspice), notes and diagnostics to stderr."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ METHOD_OPTIONS = [
     Option("--seed", "of random values: agauss, unif, mc, ..; instead of .options seed", "N"),
 ]
 OPTIONS = [
-    Option("-o --output -r", "raw file to write instead of deck.raw", "FILE"),
+    Option("-o --output -r", "raw file to write instead of deck.raw; no .print tables then", "FILE"),
     Option("--ascii", "write the raw file as text"),
     Option("--csv", "write a CSV file too; - is stdout, in place of the .print tables", "FILE"),
     Option("--html", "write a page too: waveforms and the moving machine, in one file", "FILE"),
@@ -225,7 +225,8 @@ def _deliver(
             remember(path)
     diagnostics = [*result.diagnostics, *(d for d in said if d not in result.diagnostics)]
     if not given.has("json") and given.text("csv") != "-":
-        _print_tables(result, not plots.terminal, given.has("energy"))
+        in_file = given.text("output") in written
+        _print_tables(result, not plots.terminal and not in_file, given.has("energy"))
     # where nothing ran the note is all that says why there is no file
     show(diagnostics, given.has("quiet") and bool(result.plots))
     if given.has("json"):

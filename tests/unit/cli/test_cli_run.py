@@ -106,6 +106,14 @@ def test_where_the_raw_file_goes(decks, args):
     assert (b"Values:" in (decks / "x.raw").read_bytes()) == ("--ascii" in args)
 
 
+def test_tables_stand_in_the_file_that_r_names(decks):
+    # as under ngspice -b -r; where the file cannot be written, on stdout
+    assert "Index   time" in emsim("print.cir").stdout
+    done = emsim("print.cir", "-r", "x.raw")
+    assert done.returncode == 0 and done.stdout == "" and final(decks / "x.raw") > 0.99
+    assert "Index   time" in emsim("print.cir", "-r", "/dev/full").stdout
+
+
 def test_no_files_and_csv(decks):
     assert emsim("--no-files", "--csv", "x.csv", "rc.cir").returncode == 0
     assert not (decks / "rc.raw").exists()
