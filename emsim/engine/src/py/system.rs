@@ -13,7 +13,7 @@ use crate::op;
 use crate::packed::{Accounts, Equations, Input, Output, Packed, Varies};
 use crate::raw;
 use crate::record::{Record, Samples};
-use crate::system::{Counters, Kind, Work};
+use crate::system::{Counters, Work};
 use crate::tangent::{Beside, Refused, Tangent};
 use crate::tape::Tape;
 use crate::tolerances::{Absolute, Quantity, QUANTITIES};
@@ -701,9 +701,10 @@ fn no_point(e: op::NoPoint) -> Failed {
     Failed { t: 0.0, h: 0.0, during: "operating point", why: e.why, tried: e.tried }
 }
 
-/// Modes, accelerations and reactions of the point where a transient would start.
+/// Modes, accelerations and reactions of the point where a transient would start. A circuit rests at its operating point: what
+/// was solved for is all there is.
 fn complete(sys: &crate::system::System, w: &mut Work, x: &mut [f64], tol: &Tolerances, statics: bool) {
-    if !statics && sys.unknowns.iter().any(|u| u.kind == Kind::Derivative || u.kind.mechanical()) {
+    if !statics && sys.unknowns.iter().any(|u| u.kind.mechanical()) {
         let feature = sys.shortest_feature().min(1e-3);
         if let Ok(mut newton) = Newton::new(sys) {
             op::consistent(sys, &mut newton, w, x, 0.0, 1e-5 * feature, tol, true);
