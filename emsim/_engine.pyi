@@ -434,9 +434,10 @@ class Waveforms:
     def hanging(self) -> tuple[int, int, float, float] | None:
         """(row, unknown, volts, amperes) of the first operating point that hangs on gmin."""
     @property
-    def unstable(self) -> tuple[int, float, float] | None:
+    def unstable(self) -> tuple[int, float, float, bool] | None:
         """Of an operating point, or the end of a transient that is at rest there: it does not stay. The node that moves most,
-        and s of the fastest growing mode [1/s], real and imaginary part; 0 where nothing is stored."""
+        and s of the fastest growing mode [1/s], real and imaginary part; 0 where nothing is stored. True: a
+        transient starts there."""
     @property
     def substitute(self) -> tuple[int, bool] | None:
         """Where a transient starts: the condition that is not what it says, and how it is held. There is no operating point."""

@@ -69,16 +69,17 @@ def remarks(assembly: Assembly, run: Run) -> None:
 
 
 def _unstable(assembly: Assembly, run: Run) -> None:
-    """A rest that the least disturbance leads away from: an operating point, or the end of a transient."""
+    """A rest that the least disturbance leads away from: an operating point, the start of a transient, or its end."""
     from .failure import locate
 
     waves: Any = run.waves
-    unknown, grows, turns = waves.unstable
+    unknown, grows, turns, at_start = waves.unstable
     where, _ = locate(assembly, assembly.system.names[unknown])
-    over = run.kind == "tran"
-    said = (
-        "the run ends at rest where the circuit does not stay" if over else "the operating point is unstable"
-    )
+    said = "the operating point is unstable"
+    if at_start:
+        said += ", and roundings decide which way the run goes from there"
+    elif run.kind == "tran":
+        said = "the run ends at rest where the circuit does not stay"
     how = "grows" if not grows else f"grows e-fold in {1.0 / grows:.3g} s"
     if turns:
         how += f", at {turns / (2.0 * math.pi):.3g} Hz"

@@ -17,7 +17,7 @@ pub use self::given::initial_conditions;
 use self::holding::Holding;
 pub use self::rest::couples;
 use self::rest::descend;
-pub use self::unstable::unstable;
+pub use self::unstable::{falls_over, unstable};
 use crate::newton::{Failure, Options, Tolerances};
 use crate::sparse::{Lu, Pattern, Singular, Symbolic};
 use crate::system::{FlagSpec, Free, Hanging, Held, Kind, System, Work};

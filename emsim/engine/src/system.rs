@@ -181,7 +181,7 @@ pub struct Work {
     /// devices that are off at the start carry nothing
     pub without_off: bool,
     where_finite: bool, // what expressions give that is not finite is left out
-    /// a rest that does not stay: an operating point, or the end of a run
+    /// a rest that does not stay: an operating point, the start of a run, or its end
     pub unstable: Option<Unstable>,
     /// a run begins where this condition, as it is held, is not what it says: there is no operating point (op.rs)
     pub substitute: Option<(usize, bool)>,
@@ -280,6 +280,8 @@ pub struct Unstable {
     pub unknown: usize,
     /// Re and Im of s [1/s]; 0 where nothing is stored
     pub s: (f64, f64),
+    /// a run starts there
+    pub at_start: bool,
 }
 
 #[derive(Clone, Copy, Default, Debug)]

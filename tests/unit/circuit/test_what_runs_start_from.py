@@ -133,6 +133,44 @@ def test_a_ring_that_rests_at_half_its_supply_is_told_and_swings_when_it_is_kick
     assert not kicked.diagnostics
 
 
+SETTLED = """an amplifier holds its output; all poles are damped, the fastest 1e7 times as fast as the slowest
+Vin in 0 20
+Q1 in b out tip31
+R1 in b 2.2k
+Q2 b f z small
+D1 0 z zener
+R2 out z 1.5k
+R3 out f 4.7k
+R4 f 0 6.2k
+C1 out 0 10u
+RL out 0 200
+.model tip31 NPN(is=1p bf=100 vaf=100 ikf=2 rb=3 rc=0.1 cje=150p cjc=80p tf=20n tr=200n)
+.model small NPN(is=10f bf=200 vaf=80 rb=20 cje=8p cjc=5p tf=0.5n tr=50n)
+.model zener D(is=1f n=1 rs=5 bv=5.6 ibv=1m cjo=50p)
+I9 0 b AC 1
+.op
+.pz b 0 b 0 vol pol
+.end
+"""
+
+
+def test_a_rest_of_damped_modes_is_not_told_to_be_unstable() -> None:
+    r = emsim.run(SETTLED)
+    poles = [complex(r.plots[1][name][0]) for name in r.plots[1].names]
+    assert len(poles) > 4 and all(pole.real < 0 for pole in poles)
+    assert not r.diagnostics
+
+
+def test_a_run_that_starts_between_the_states_of_a_latch_is_told() -> None:
+    cards = (*LATCH[:-1], "M1 a b 0 0 nm w=10u l=1u", "M2 b a 0 0 nm w=10u l=1u", "C1 a 0 1p", "C2 b 0 1p")
+    kick = "I1 0 a PULSE(0 1u 1n 1n 1n 5n 1)"
+    r = emsim.run(deck(*cards, kick, ".tran 0.1n 100n"))
+    assert [d.code for d in r.diagnostics] == ["N403"] and "roundings decide" in r.diagnostics[0].message
+    assert float(r["v(a)"][-1]) > 4.0 and float(r["v(b)"][-1]) < 0.3
+    # one that starts in a state is not
+    assert not emsim.run(deck(*cards, kick, ".nodeset v(a)=5 v(b)=0", ".tran 0.1n 100n")).diagnostics
+
+
 CHARGED = (
     "V1 in 0 SIN(1 2 1k 0 0 30)",
     "R1 in a 1k",

@@ -261,6 +261,7 @@ pub(super) fn starting_point(sys: &System, w: &mut Work, a: Transient, o: &Optio
     if let Some(whole) = &sys.whole {
         let mut own = whole.work();
         let x = starting_point(whole, &mut own, a, o)?;
+        w.unstable = own.unstable.take();
         w.start_as(&own);
         if a.uic {
             w.past.begin();
@@ -282,6 +283,9 @@ pub(super) fn starting_point(sys: &System, w: &mut Work, a: Transient, o: &Optio
         op::operating_point(sys, w, o, &tol, false, &mut x)
             .map_err(|e| Failed::at_start("operating point", e.why, e.tried))
     };
+    if found.is_ok() && !a.uic {
+        w.unstable = op::falls_over(sys, w, &x, o, &tol);
+    }
     found.map(|()| x).map_err(Box::new)
 }
 

@@ -3,7 +3,8 @@
 //!
 //! 1. By what the deck stores: steps of the trapezoidal rule, (a C + G) v' = (a C - G) v, multiply a mode by (a + s)/(a - s), more than 1
 //!    where Re s > 0, most where a is near |s|. So some steps with each a of a ladder leave the fastest growing mode alone, or
-//!    nothing that grows: mu of that mode, or the two of a pair, are fitted to the last three vectors, and give s.
+//!    nothing that grows: mu of that mode, or the two of a pair, are fitted to the last three vectors, and give s. It counts from an a
+//!    beside |s|, and where the steps grew: far from there mu is near 1 or -1 for every mode, and roundings decide on which side.
 //! 2. Where nothing is stored, whatever stores a little at the nodes: det(G + c s) of a large s and that of 0 have different signs, so there
 //!    is a positive root between, whatever the capacitances are (Green and Willson 1992).
 //!
@@ -29,14 +30,25 @@ const HUGE: f64 = 1e12;
 
 /// Of x at t, if it is a rest at all: all is balanced without a change of what is stored. w has its conditions.
 pub fn unstable(sys: &System, w: &mut Work, x: &[f64], t: f64, o: &Options, tol: &Tolerances) -> Option<Unstable> {
+    let mut dc = resting(sys, w, x, t, o, tol)?;
+    dc.fastest(w).or_else(|| dc.turns_over(w))
+}
+
+/// Of the point where a run starts, by (2) alone, which takes two factorisations: is it left by way of a rounding?
+pub fn falls_over(sys: &System, w: &mut Work, x: &[f64], o: &Options, tol: &Tolerances) -> Option<Unstable> {
+    resting(sys, w, x, 0.0, o, tol)?.turns_over(w).map(|found| Unstable { at_start: true, ..found })
+}
+
+/// The equations linearised at a rest; None where it is none, or is not asked.
+fn resting<'a>(sys: &'a System, w: &mut Work, x: &[f64], t: f64, o: &Options, tol: &Tolerances) -> Option<Dc<'a>> {
     let asked = !sys.passive && sys.n <= LARGEST && sys.delays.list.is_empty() && sys.logic.is_empty();
     if !asked || sys.unknowns.iter().any(|u| u.kind.mechanical()) {
         return None;
     }
-    let mut dc = Dc::new(sys, true, false, o.reltol, x).ok()?;
+    let dc = Dc::new(sys, true, false, o.reltol, x).ok()?;
     w.gmin = o.gmin;
     balanced(&dc, w, x, t, tol, o).ok()?;
-    dc.fastest(w).or_else(|| dc.turns_over(w))
+    Some(dc)
 }
 
 impl Dc<'_> {
@@ -90,6 +102,7 @@ impl Dc<'_> {
         // all directions, none of them a mode of a symmetric circuit
         let mut v: Vec<f64> = (0..self.sys.n).map(|i| 0.5 + (0.618_033_988_749_895 * (i + 1) as f64).fract()).collect();
         let mut last: [Vec<f64>; 3] = Default::default();
+        let mut grown = 0.0; // over the second half of the steps, ln
         for step in 0..STEPS {
             let (mut c, g) = self.products(w, &v);
             let size = c.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -98,6 +111,9 @@ impl Dc<'_> {
             }
             // of the last three, which are compared, none is scaled by itself
             let scale = if step + 3 < STEPS { size } else { 1.0 };
+            if (STEPS / 2..STEPS - 3).contains(&step) {
+                grown += size.ln();
+            }
             v.iter_mut().for_each(|v| *v /= scale);
             let implicit = step < EULER;
             for (c, g) in c.iter_mut().zip(&g) {
@@ -108,10 +124,10 @@ impl Dc<'_> {
             last.rotate_left(1);
             last[2] = self.products(w, &v).0;
         }
-        let s = rate(&last, a)?;
+        let s = rate(&last, a).filter(|s| grown > 0.0 && (s.0.hypot(s.1) / a).ln().abs() < APART.ln())?;
         let node = |i: &usize| self.sys.unknowns[*i].kind == Kind::Node;
         let unknown = (0..self.sys.n).filter(node).max_by(|&i, &j| v[i].abs().total_cmp(&v[j].abs()))?;
-        Some(Unstable { unknown, s })
+        Some(Unstable { unknown, s, at_start: false })
     }
 
     /// Has the determinant another sign than with large conductances to ground?
@@ -131,7 +147,7 @@ impl Dc<'_> {
         (0..self.sys.n).filter(|i| !node(i)).for_each(|i| v[i] = 0.0);
         self.lu.solve(&mut v);
         let unknown = (0..self.sys.n).filter(node).max_by(|&i, &j| v[i].abs().total_cmp(&v[j].abs()))?;
-        Some(Unstable { unknown, s: (0.0, 0.0) })
+        Some(Unstable { unknown, s: (0.0, 0.0), at_start: false })
     }
 }
 

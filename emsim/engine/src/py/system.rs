@@ -636,7 +636,8 @@ impl System {
                 parts => outcome = integrate::run_apart(&sys, &mut w, parts, a, &o, &mut record, &mut tick),
             });
             if outcome.status == Status::Ok && outcome.end.len() == sys.n {
-                w.unstable = op::unstable(&sys, &mut w, &outcome.end, outcome.ended, &o, &Tolerances::new(&sys, &o));
+                let ended = op::unstable(&sys, &mut w, &outcome.end, outcome.ended, &o, &Tolerances::new(&sys, &o));
+                w.unstable = ended.or(w.unstable);
             }
             (outcome, w, record, clock.seconds())
         });
@@ -847,7 +848,7 @@ pub struct Waveforms {
     hanging: Option<(usize, usize, f64, f64)>,
     /// a rest that does not stay: the node that moves most, Re and Im of s
     #[pyo3(get)]
-    unstable: Option<(usize, f64, f64)>,
+    unstable: Option<(usize, f64, f64, bool)>,
     /// the condition that is not what it says where a transient starts, and how it is held: there is no operating point
     #[pyo3(get)]
     substitute: Option<(usize, bool)>,
@@ -891,7 +892,7 @@ impl Waveforms {
             record,
             counters: w.counters,
             hanging: hanging(0, w),
-            unstable: w.unstable.as_ref().map(|u| (u.unknown, u.s.0, u.s.1)),
+            unstable: w.unstable.as_ref().map(|u| (u.unknown, u.s.0, u.s.1, u.at_start)),
             substitute: w.substitute,
             seconds,
             status,
