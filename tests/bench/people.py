@@ -111,28 +111,33 @@ def its(text: str, reltol: float, part: float) -> str:
     """The deck at a tolerance and a largest step of ngspice's."""
     small = reltol / 1e-3
     options = f".options reltol={reltol:g} abstol={1e-12 * small:g} vntol={1e-6 * small:g} chgtol={1e-14 * small:g}\n"
-    step, stop = _tran(text)
+    step, stop = tran(text)
     uic = " uic" if re.search(r"(?m)^\.tran.*\buic", text) else ""
-    text = re.sub(r"(?m)^\.tran.*$", f".tran {step} {stop} 0 {emsim_number(stop) / 50 / part:g}{uic}", text)
+    text = re.sub(r"(?m)^\.tran.*$", f".tran {step} {stop} 0 {number(stop) / 50 / part:g}{uic}", text)
     return text.replace(".end\n", options + ".end\n")
 
 
-def _tran(text: str) -> tuple[str, str]:
+def tran(text: str) -> tuple[str, str]:
     found = re.search(r"(?m)^\.tran (\S+) (\S+)", text)
     assert found
     return found[1], found[2]
 
 
-def emsim_number(word: str) -> float:
+def number(word: str) -> float:
     scales = {"n": 1e-9, "u": 1e-6, "m": 1e-3, "p": 1e-12}
     return float(word[:-1]) * scales[word[-1]] if word[-1] in scales else float(word)
 
 
 def voltages(path: Path, times: np.ndarray) -> dict[str, np.ndarray]:
-    """Node voltages of a transient at common times."""
-    table = raw.read(str(path)).plots[0]
+    """Node voltages of the transient in a raw file, at common times."""
+    return of(raw.read(str(path)), times)
+
+
+def of(result: emsim.Result, times: np.ndarray) -> dict[str, np.ndarray]:
+    """The same of a result. OSError where the run did not reach its end."""
+    table = next(table for table in result.plots if table.kind == "tran")
     if table.time[-1] < times[-1] * (1 - 1e-9):
-        raise OSError(f"{path} ends at {table.time[-1]} s")
+        raise OSError(f"it ends at {table.time[-1]} s")
     inside = np.clip(times, table.time[0], table.time[-1])
     names = [name for name in table.names if re.fullmatch(r"v\([a-z0-9_]+\)", name)]
     return {name: table.at(name, inside) for name in names}
@@ -192,7 +197,7 @@ def measured(name: str, kind: str, text: str, runs: int, ladder: bool) -> Row:
 
 
 def _ladder(row: Row, text: str, folder: Path, runs: int) -> None:
-    times = np.linspace(0, emsim_number(_tran(text)[1]), TIMES + 1)[1:]
+    times = np.linspace(0, number(tran(text)[1]), TIMES + 1)[1:]
     spent(own("deck.cir", "tight.raw", TIGHT), folder)
     if not (folder / "tight.raw").exists():
         return
