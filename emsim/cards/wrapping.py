@@ -79,8 +79,9 @@ class Moving:
         least = NEAR * NEAR
         if not isinstance(square, float) and square.value is None:
             said = f"places {i} and {j} of {self.what} have come together: no free part is left between them"
-            close = self.s.told(least - square, f"{self.name} close{i}-{j}", said)
-            return self.b.select(close, least, square)
+            self.s.told(least - square, f"{self.name} close{i}-{j}", said)
+            # without an event: stages of a step may be beyond before it is known
+            return self.b.select(self.b.call("notless", square, least), square, least)
         return square
 
     def touches(self, k: int, angle: Scalar) -> Scalar:
