@@ -116,7 +116,7 @@ if TYPE_CHECKING:
         def body_of(self, card: Card, terminal: str) -> BodyView: ...  # of a point terminal
         def clamp(self, e: Scalar, lo: float, hi: float, name: str, warn: str) -> Expr: ...
         def told(self, e: Scalar, name: str, warn: str) -> Expr: ...  # a flag, e > 0; the run says so
-        def at_start(self, es: Sequence[Scalar]) -> list[float]: ...  # of coordinates; once laws are asked for
+        def at_start(self, es: Sequence[Scalar]) -> list[float]: ...  # of coordinates; for laws
 
         in_space: bool
 

@@ -1,10 +1,10 @@
 """ROPE: a rope over places of bodies and ground: it pulls, cannot push, slides over points and pulleys, is wound on drums.
 
-Between places that hold it, the two ends and those of grip=, each stretch has a length l of its own (wrapping.py) and one tension,
-along all of it: nothing rubs. gap = length - l is how slack it is:
+Between places that hold it, the two ends and those of grip=, each stretch has a length l of its own (wrapping.py) and one
+tension along all of it: nothing rubs. gap = length - l is how slack it is:
 
     without k=   0 <= gap, 0 <= tension, one of them is 0; taut with an impact, e times the speed comes back      (laws.py)
-    with k=      tension = -k gap - c gap' while gap < 0, the damper never more than the spring                   (touch.py)
+    with k=      tension = k d^n + c d', d = -gap above 0, the damper never more than the spring                   (touch.py)
 
 Forces and torques are tension * d(gap)/du. Where a stretch ends at a round place it is wound there: r times the turn of the body
 over that of the tangent leaves or reaches it, so a body held by grip= turns with the rope, and a drum winds it.
@@ -17,7 +17,7 @@ from .base import Card, Default, Spec
 from .kinematics import constant, dot, perpendicular
 from .round import unit
 from .touch import Touching
-from .wrapping import AtStart, Moving, Stretch, number
+from .wrapping import NEAR, AtStart, Moving, Stretch, number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -30,27 +30,31 @@ if TYPE_CHECKING:
     from .laws import Law
     from .wrapping import Course, Flat
 
-SHORT = 1e-9  # beside its way: rounding
-
 
 class Rope(Touching, Card):
     spec = Spec(
         "ROPE",
-        "ROPE name P1 P2 [P3 ..] slack=0 (or length=) [r=(0,r2,..)] [grip=k] [axis=] [e=0]   or with k= [c= or e=]",
+        "ROPE name P1 P2 [P3 ..] slack=0 (or length=) [r=(0,r2,..)] [grip=k] [axis=] [e=0]   or with k= [c= or e=] [n=1]",
         terminals="p1:point p2:point | p1:point p2:point p3:point",
         mark=("slack", "length"),
         meaning="a rope over points and pulleys, that pulls and goes slack",
         meant={"l": "length={}", "l0": "length={}"},
         laws={
             "q": "l <= length, l over all places; after it goes taut e times the speed before it",
-            "V": "with k=: k (l - length)^2/2 while it is taut",
+            "V": "with k=: k d^(n+1)/(n+1), d = l - length while it is taut",
             "P": "with k=: c l'^2 while it is taut, or that which gives back e times the speed",
         },
         slack=Default(
-            None, "m", "how much longer it is than its way at the start; of each stretch where several differ", "vector"
+            None,
+            "m",
+            "how much longer it is than its way at the start; of each stretch where several differ",
+            "vector",
         ),
         length=Default(
-            None, "m", "its length, with what is on pulleys; of each stretch between places that hold it", "vector"
+            None,
+            "m",
+            "its length, with what is on pulleys; of each stretch between places that hold it",
+            "vector",
         ),
         r=Default(
             None,
@@ -58,11 +62,14 @@ class Rope(Touching, Card):
             "radius at each place, 0 at a point; above 0 it goes round counter-clockwise on its way, below 0 clockwise",
             "vector",
         ),
-        grip=Default((), "", "numbers of places between the ends where it does not slide: the pulley turns with it", "vector"),
+        grip=Default(
+            (),
+            "",
+            "numbers of places between the ends where it does not slide: the pulley turns with it",
+            "vector",
+        ),
         axis=Default(None, "", "in space: the axis of the pulleys, in world axes", "vector"),
-        k=Default(None, "N/m", "stiffness of each stretch; without it it does not stretch", above=0.0),
-        c=Default(0.0, "N s/m", "damping of each stretch while it is taut", least=0.0),
-        e=Default(None, "", "coefficient of restitution where it goes taut: speed after by speed before", least=0.0),
+        **touch.LAW,
     )
     limits = "start it elsewhere, or end the run before; a STOP keeps a load off its pulley"
     slack: tuple[float, ...] | None
@@ -73,7 +80,7 @@ class Rope(Touching, Card):
     k: float | None
     c: float
     e: float | None
-    n = 1.0  # of the elastic law
+    n: float
 
     @classmethod
     def forms(cls, raw: MachineCard) -> list[list[tuple[str, str]]]:
@@ -111,7 +118,7 @@ class Rope(Touching, Card):
 
     def prepare(self, s: Scene) -> None:
         what = f"ROPE {self.name}"
-        self.spots: list[PointView] = [getattr(self, label) for label, _, _ in self.terminals]  # type: ignore[assignment]
+        self.spots: list[PointView] = [getattr(self, label) for label, _, _ in self.terminals]
         if not s.in_space or not any(self.radii):
             return
         if self.axis is None:
@@ -121,13 +128,17 @@ class Rope(Touching, Card):
         held = next((k for k in self.holds if self.radii[k - 1] != 0.0), None)
         if held is not None:
             said = f"{what} is held by a pulley, place {held}, in a machine that leaves the plane"
-            s.sink.error("E240", said, self.place("r"), "in space a rope slides over its pulleys and ends at points")
+            s.sink.error(
+                "E240", said, self.place("r"), "in space a rope slides over its pulleys and ends at points"
+            )
         for k, (label, _, ref) in enumerate(self.terminals):
             if self.radii[k] and any(
                 constant(c) is None for c in s.body_of(self, label).direction(unit(self.axis))
             ):
                 said = f"{what}: the axis of its pulley on {ref.name} does not keep its direction as that body moves"
-                s.sink.error("E240", said, self.span, "pulleys are on the ground or on what turns about axis= alone")
+                s.sink.error(
+                    "E240", said, self.span, "pulleys are on the ground or on what turns about axis= alone"
+                )
 
     def _flat(self, s: Scene, place: list[Scalar]) -> tuple[Flat, Scalar]:
         """A place in the plane of the pulleys, and across it."""
@@ -164,11 +175,22 @@ class Rope(Touching, Card):
         first = [stretch.measure(start) for stretch in self._stretches(s, at_start)]
         for i, j in start.close:
             round_one = self.radii[i - 1] or self.radii[j - 1]
-            said = f"place {i} of {what} lies in the pulley at place {j}" if round_one else f"places {i} and {j} of {what} coincide"
-            s.sink.error("E257", f"{said} at the start: no free part is between them", self.span, "start a body elsewhere")
+            said = (
+                f"place {i} of {what} lies in the pulley at place {j}"
+                if round_one
+                else f"places {i} and {j} of {what} coincide"
+            )
+            s.sink.error(
+                "E257",
+                f"{said} at the start: no free part is between them",
+                self.span,
+                "start a body elsewhere",
+            )
         for k in start.off:
             said = f"{what} would leave its pulley at place {k}, beside another one, already at the start"
-            s.sink.error("E238", said, self.place("r"), "above 0 it goes round counter-clockwise, below 0 clockwise")
+            s.sink.error(
+                "E238", said, self.place("r"), "above 0 it goes round counter-clockwise, below 0 clockwise"
+            )
         moving = Moving(s, self.name, what, start)
         places = [[*place.pos] for place in self.spots]
         self.courses = [stretch.measure(moving) for stretch in self._stretches(s, places)]
@@ -189,9 +211,11 @@ class Rope(Touching, Card):
             assert self.slack is not None
             return way + self.slack[k if len(self.slack) > 1 else 0]
         length = self.length[k]
-        if self.k is None and length < way * (1.0 - SHORT):
+        if self.k is None and length < way - NEAR:
             said = f"length= of ROPE {self.name} is {length:g} m, and its way at the start is {way:.9g} m"
-            s.sink.error("E258", said, self.place("length"), "slack=0 has it as long as its way; with k= it stretches")
+            s.sink.error(
+                "E258", said, self.place("length"), "slack=0 has it as long as its way; with k= it stretches"
+            )
             return way
         return max(length, way) if self.k is None else length
 
@@ -213,7 +237,10 @@ class Rope(Touching, Card):
             own = self.name if single else f"{self.name},{k + 1}"
             force: Expr = self.places[k][1].force
             at = range(self.holds[k] - 1, self.holds[k + 1])
-            lies = [draw.channel(f"lies({self.name},{j + 1})", "", on) for j, on in zip(at, course.lies, strict=True)]
+            lies = [
+                draw.channel(f"lies({self.name},{j + 1})", "", on)
+                for j, on in zip(at, course.lies, strict=True)
+            ]
             places = [draw.terminal(self, self.terminals[j][0]) for j in at]
             radii = [self.radii[j] for j in at]
             tension = draw.channel(f"tension({own})", "N", force)

@@ -8,7 +8,7 @@ circles, d from centre to centre and s = r2 - r1 (a point is a circle of radius 
     on a pulley  r b,               b the angle from the tangent that arrives to the one that leaves; full turns are counted
     wound on a drum at an end       r times the turn of the tangent over the drum since the start
 
-A pulley between two that hold the rope lets it go where b would fall below 0: there both ways are equally long to the third order.
+A pulley between points or ends lets the rope go where b would fall below 0: both ways are equally long there, to the third order.
 Across the plane a rope on bars goes as a helix, a straight line on the unrolled way: sqrt(l^2 + h^2).
 """
 
@@ -30,14 +30,15 @@ if TYPE_CHECKING:
     class Watch(Protocol):
         """What is decided on the way: numbers at the start, flags while the machine moves. Places count from 1."""
 
-        def apart(self, i: int, j: int, square: Scalar) -> Scalar: ...  # of a free part's length, kept above 0
+        def apart(
+            self, i: int, j: int, square: Scalar
+        ) -> Scalar: ...  # of a free part's length, kept above 0
         def touches(self, k: int, angle: Scalar) -> Scalar: ...  # does the rope lie on this pulley?
         def stays(self, k: int, angle: Scalar) -> None: ...  # it is held on this one
         def turned(self, label: str, sine: Scalar, cosine: Scalar) -> Scalar: ...  # angle, full turns counted
 
 
 NEAR = 1e-9  # [m] a free part that is shorter has no direction
-FAR_ROUND = cos(2.0)  # an angle is taken from where it was at the last event; after 2 rad there is a new one
 
 
 class AtStart:
@@ -100,7 +101,8 @@ class Moving:
         ahead = x * c + y * d
         angle = since + b.call("atan2", y * c - x * d, ahead)
         b.keep(since, self.s.public(angle))
-        b.flag(self.s.public(FAR_ROUND - ahead), None, f"{self.name} round{label}", -1)
+        # taken from where it was at the last event: after 2 rad there is a new one
+        b.flag(self.s.public(cos(2.0) - ahead), None, f"{self.name} round{label}", -1)
         return angle + first
 
 

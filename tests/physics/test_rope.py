@@ -16,7 +16,9 @@ G = 9.81
 BOTH = pytest.mark.parametrize("formulation", ["joint", "absolute"])
 
 
-def run(cards: str, options: str = "reltol=1e-8", tran: str = "10m 1", gravity: str = f"{G}", prints: str = ""):
+def run(
+    cards: str, options: str = "reltol=1e-8", tran: str = "10m 1", gravity: str = f"{G}", prints: str = ""
+):
     shown = f".print tran {prints}\n" if prints else ""
     deck = f"rope\n{cards}\n.gravity {gravity}\n.options {options}\n.tran {tran}\n{shown}.end\n"
     return pipeline.run(deck, energy=True)
@@ -34,7 +36,9 @@ ROPE r a w b r=(0,-0.1,0) grip=2 slack=0"""
 
 
 @BOTH
-@pytest.mark.parametrize("options", ["reltol=1e-3", "reltol=1e-6", "reltol=1e-9", "method=trap", "method=gear", "method=esdirk"])
+@pytest.mark.parametrize(
+    "options", ["reltol=1e-3", "reltol=1e-6", "reltol=1e-9", "method=trap", "method=gear", "method=esdirk"]
+)
 def test_atwood_machine_with_inertia_in_its_pulley(formulation, options):
     """a = g (m1 - m2)/(m1 + m2 + J/r^2); the tensions differ by J a/r^2. Before and behind the pulley stretches of their own."""
     r = run(ATWOOD, f"formulation={formulation} {options}", "10m 0.3",
@@ -128,8 +132,8 @@ def test_block_and_tackle_at_rest_and_its_mode(parts):
 
 
 def involute(r: float, l0: float, psi0: float, rate0: float, times, centre=(0.0, 0.0), on=-1.0):
-    """A bob on a rope that is wound clockwise (on = -1) on a fixed circle: psi the direction of its free part l, l' = -on r psi' of the
-    rest; its velocity is across the free part. L = l^2 psi'^2/2 - g y. Returns x, y."""
+    """A bob on a rope that is wound clockwise (on = -1) on a fixed circle: psi the direction of its free part l,
+    l' = -on r psi'; its velocity is across the free part, l psi'. Returns x, y."""
 
     def place(psi, length):
         t, n = (cos(psi), sin(psi)), (-sin(psi), cos(psi))
@@ -191,7 +195,9 @@ def test_pendulum_that_meets_a_peg(formulation):
         return s[0] - touch
 
     meets.terminal = True
-    first = solve_ivp(free, (0, 2.4), [1.0 - pi / 2, 0.0], events=meets, rtol=1e-12, atol=1e-13, dense_output=True)
+    first = solve_ivp(
+        free, (0, 2.4), [1.0 - pi / 2, 0.0], events=meets, rtol=1e-12, atol=1e-13, dense_output=True
+    )
     at = first.t_events[0][0]
     rate = first.y_events[0][0][1]
     assert 0.2 < at < 0.5
@@ -230,7 +236,7 @@ def test_a_bob_that_winds_itself_up():
 @BOTH
 @pytest.mark.parametrize("e", [0.0, 0.5])
 def test_a_slack_rope_that_goes_taut_takes_its_impulse(formulation, e):
-    """Thrown level on a slack rope: in the instant in which it is taut the velocity along it turns to -e of it; m/2 v^2 (1 - e^2) is lost."""
+    """Thrown level on a slack rope: as it goes taut the velocity along it turns to -e of it; m/2 v^2 (1 - e^2) is lost."""
     r = run(
         f"BODY bob m=2 j=1m x=0.3 y=-0.4 vx=3\nROPE r 0 bob length=1 e={e}",
         f"formulation={formulation} reltol=1e-9", "1m 0.4", "0",
@@ -267,7 +273,8 @@ def test_a_bungee_jump(formulation):
 
 def test_damping_of_an_elastic_rope_gives_back_its_share():
     """e= with k=: a mass that runs into its rope comes back with e of its speed, whatever k."""
-    r = run("BODY cart m=2\nJOINT s 0 cart slide axis=(1,0) ic=(0,3)\nROPE r 0 cart(0.1,0) slack=1 k=2k e=0.6", "reltol=1e-9", "1m 0.6",
+    cards = "BODY cart m=2\nJOINT s 0 cart slide axis=(1,0) ic=(0,3)\nROPE r 0 cart(0.1,0) slack=1 k=2k e=0.6"
+    r = run(cards, "reltol=1e-9", "1m 0.6",
             "0", "vel(s) tension(r)")  # fmt: skip
     assert r["vel(s)"][-1] == pytest.approx(-1.8, rel=1e-6)
     assert min(r["tension(r)"]) > -1e-9
@@ -357,7 +364,11 @@ def test_the_order_of_cards_and_the_way_along_the_rope_do_not_matter():
     """Backwards along the rope every pulley has its other side."""
     cards = ATWOOD.splitlines()
     found = []
-    for deck in (cards, [cards[6], *cards[2::-1], *cards[3:6]], [*cards[:6], "ROPE r b w a r=(0,0.1,0) grip=2 slack=0"]):
+    for deck in (
+        cards,
+        [cards[6], *cards[2::-1], *cards[3:6]],
+        [*cards[:6], "ROPE r b w a r=(0,0.1,0) grip=2 slack=0"],
+    ):
         r = run("\n".join(deck), prints="pos(sa) angle(pin) tension(r,1)", tran="10m 0.3")
         found.append((r["pos(sa)"][-1], r["angle(pin)"][-1], r["tension(r,1)"][-1]))
     assert found[1] == pytest.approx(found[0], rel=1e-9)
@@ -387,7 +398,11 @@ IN_SPACE = "BODY bob m=1 j=(1m,1m,1m) x=1 z=-1\n"
         (BOB + "ROPE r 0 bob slack=0 axis=(0,1)", "E232", "three components"),
         (IN_SPACE + "ROPE r 0 0(1,1) bob r=(0,0.1,0) slack=0", "E230", "their axis is not known"),
         (IN_SPACE + "ROPE r 0(0,0,3) bob r=(0.1,0) axis=(0,1,0) slack=0", "E240", "is held by a pulley"),
-        (IN_SPACE + "ROPE r 0 bob 0(3,0) r=(0,0.1,0) axis=(0,1,0) slack=0", "E240", "does not keep its direction"),
+        (
+            IN_SPACE + "ROPE r 0 bob 0(3,0) r=(0,0.1,0) axis=(0,1,0) slack=0",
+            "E240",
+            "does not keep its direction",
+        ),
         (BOB + "ROPE r 0 bob slack=0\n.print tran force(r)", "E249", "it has: tension.r., gap.r."),
     ],
 )
@@ -399,7 +414,13 @@ def test_what_a_rope_cannot_be_is_said_by_name(cards, code, said):
 
 def test_two_places_that_come_together_are_told():
     """A bob that has wound up all of its rope."""
-    r = run("BODY bob m=1 j=1m x=-0.05 y=-1 vx=5\nROPE r 0 bob r=(0.05,0) slack=0", "reltol=1e-7", "10m 2.001", "0", "length(r)")
+    r = run(
+        "BODY bob m=1 j=1m x=-0.05 y=-1 vx=5\nROPE r 0 bob r=(0.05,0) slack=0",
+        "reltol=1e-7",
+        "10m 2.001",
+        "0",
+        "length(r)",
+    )
     said = [d for d in r.diagnostics if d.code == "W401"]
     assert len(said) == 1 and "no free part is left" in said[0].message
 
