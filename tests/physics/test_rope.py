@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
+from support import ROOT
 
 import emsim
 from emsim import pipeline
@@ -278,6 +279,56 @@ def test_damping_of_an_elastic_rope_gives_back_its_share():
             "0", "vel(s) tension(r)")  # fmt: skip
     assert r["vel(s)"][-1] == pytest.approx(-1.8, rel=1e-6)
     assert min(r["tension(r)"]) > -1e-9
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+def test_what_the_jerk_takes_is_all_that_is_lost(tolerance):
+    """Galileo's pendulum: on its peg, slack, taut again; the ledger closes, and but for the jerk energy stays."""
+    deck = (ROOT / "netlists/mechanical/peg_pendulum.cir").read_text()
+    r = pipeline.run(
+        deck.replace("reltol=1e-6", f"reltol={tolerance}").replace("tension(rope)", "energy() tension(rope)"),
+        energy=True,
+    )
+    energy, modes = np.asarray(r["energy()"]), np.asarray(r["mode(rope)"])
+    assert set(modes) == {0.0, 1.0}
+    jerk = int(np.nonzero((modes[1:] == 1.0) & (modes[:-1] == 0.0))[0][-1])
+    slack = int(np.argmin(modes))
+    np.testing.assert_allclose(energy[: jerk - 1], energy[0], atol=30 * tolerance)
+    np.testing.assert_allclose(energy[jerk + 2 :], energy[-1], atol=30 * tolerance)
+    assert energy[-1] < energy[slack] - 5.0
+    assert abs(r.energy.share) < 10 * tolerance
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_scenes_by_chance(seed):
+    """Bobs on ropes from the ground over pegs, and between one another: no rope grows longer, energy never rises, the ledger
+    closes, and another order of cards gives the same."""
+    chance = np.random.default_rng(seed)
+    cards, prints = [], []
+    for k in range(3):
+        x, y = 0.8 * k + chance.uniform(-0.2, 0.2), chance.uniform(-1.5, -0.8)
+        vx, vy = chance.uniform(-1, 1, 2)
+        cards.append(
+            f"BODY b{k} m={chance.uniform(0.5, 2):.3f} j=1m x={x:.4f} y={y:.4f} vx={vx:.3f} vy={vy:.3f}"
+        )
+        side, slack = chance.choice([-1, 1]), chance.choice([0.0, 0.1])
+        e = chance.choice([0.0, 0.4])
+        cards.append(
+            f"ROPE r{k} 0({0.8 * k:.1f},0.6) 0({0.8 * k + side * 0.12:.2f},-0.1) b{k} r=(0,{side * 0.06},0) slack={slack} e={e}"
+        )
+        prints.append(f"gap(r{k})")
+    cards.append("ROPE between b0 b2 slack=0.2 k=200 c=1")
+    found = []
+    for deck in (cards, cards[::-1]):
+        r = run(
+            "\n".join(deck), "reltol=1e-7", "10m 0.6", prints="energy() x(b0) x(b1) x(b2) " + " ".join(prints)
+        )
+        energy = np.asarray(r["energy()"])
+        assert np.diff(energy).max() < 1e-5
+        assert min(min(r[gap]) for gap in prints) > -1e-7
+        assert abs(r.energy.share) < 1e-6
+        found.append([r[f"x(b{k})"][-1] for k in range(3)])
+    np.testing.assert_allclose(found[0], found[1], atol=2e-5)
 
 
 # winches ----------------------------------------------------------------------------------------------
