@@ -13,7 +13,7 @@ over that of the tangent leaves or reaches it, so a body held by grip= turns wit
 from __future__ import annotations
 
 from . import touch
-from .base import Card, Default, Spec
+from .base import Card, Default, Own, Spec
 from .kinematics import constant, dot, perpendicular
 from .round import unit
 from .touch import Touching
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 class Rope(Touching, Card):
     spec = Spec(
         "ROPE",
-        "ROPE name P1 P2 [P3 ..] slack=0 (or length=) [r=(0,r2,..)] [grip=k] [axis=] [e=0]   or with k= [c= or e=] [n=1]",
+        "ROPE name P1 P2 [P3 ..] slack=0 (or length=) [r=(0,r2,..)] [grip=k] [pay={}] [axis=] [e=0]  or with k= [c= or e=] [n=1]",
         terminals="p1:point p2:point | p1:point p2:point p3:point",
         mark=("slack", "length"),
         meaning="a rope over points and pulleys, that pulls and goes slack",
@@ -68,6 +68,12 @@ class Rope(Touching, Card):
             "numbers of places between the ends where it does not slide: the pulley turns with it",
             "vector",
         ),
+        pay=Default(
+            None,
+            "m",
+            "how much is paid out, an expression of coordinates, from the start on: a winch that is not on its way",
+            "value",
+        ),
         axis=Default(None, "", "in space: the axis of the pulleys, in world axes", "vector"),
         **touch.LAW,
     )
@@ -76,6 +82,7 @@ class Rope(Touching, Card):
     length: tuple[float, ...] | None
     r: tuple[float, ...] | None
     grip: tuple[float, ...]
+    pay: Any
     axis: tuple[float, ...] | None
     k: float | None
     c: float
@@ -109,6 +116,9 @@ class Rope(Touching, Card):
             elif values is not None and min(values) < 0.0:
                 said = f"{key}= of {what} is {min(values):g}; a length cannot be below 0"
                 sink.error("E238", said, self.place(key))
+        if self.pay is not None and stretches > 1:
+            said = f"pay= of {what} is for one stretch: with grip= it has {stretches}"
+            sink.error("E240", said, self.place("pay"), "two ropes, each with its own")
         if self.axis is not None and (len(self.axis) != 3 or not any(self.axis)):
             sink.error("E232", f"axis= of {what} has three components, such as (0,0,1)", self.place("axis"))
         touch.check(self, self.k, self.c, self.e, sink)
@@ -194,16 +204,30 @@ class Rope(Touching, Card):
         moving = Moving(s, self.name, what, start)
         places = [[*place.pos] for place in self.spots]
         self.courses = [stretch.measure(moving) for stretch in self._stretches(s, places)]
-        self.lengths: list[Scalar] = []
+        paid = self._paid(s)
         gaps: list[tuple[float, str, Scalar]] = []
         for k, (course, begun) in enumerate(zip(self.courses, first, strict=True)):
             whole = course.length + self._wound(s, course, begun, (self.holds[k], self.holds[k + 1]))
-            gap = self._given(s, k, number(begun.length)) - whole
+            gap = self._given(s, k, number(begun.length)) + paid - whole
             if constant(gap) is not None:
                 s.sink.error("E240", f"{what} has no effect: nothing moves its places apart", self.span)
             gaps.append((1.0, f"{self.name} {k + 1}", s.b.const(0.0) + gap))
         self.set_gaps(s, gaps, "N")
         return super().laws(s)
+
+    def _paid(self, s: Scene) -> Scalar:
+        """What has been paid out since the start."""
+        if self.pay is None:
+            return 0.0
+        paid = s.compile_energy(self.pay, self.place("pay"), Own(self.name, None, [], {}))
+        other = s.beyond_coordinates(self.pay, paid)
+        if other:
+            said = f"pay= of ROPE {self.name} reads {other}: a drum pays out by where it stands"
+            s.sink.error(
+                "E252", said, self.place("pay"), "an expression of coordinates, pay={-0.1*angle(axle)}"
+            )
+            return 0.0
+        return paid - s.at_start([paid])[0]
 
     def _given(self, s: Scene, k: int, way: float) -> float:
         """The length of a stretch; `way`: what it measures at the start [m]."""

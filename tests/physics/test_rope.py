@@ -359,6 +359,29 @@ TORQUE motor axle tau={side * 40}""",
     assert abs(r.energy.share) < 1e-10
 
 
+@BOTH
+def test_a_winch_in_space_pays_out_by_its_drum(formulation):
+    """pay= of a drum about any axis: through an eye to a load that hangs; (m + J/r^2) a = m g - tau/r."""
+    r = run(
+        """BODY drum j=(0.02,0.05,0.02) m=5
+JOINT axle 0(1,1,0) drum pin axis=(0,1,0)
+BODY load m=20 j=(1,1,1) z=-2
+ROPE r 0(0,0,1) load slack=0 pay={0.15*angle(axle)}
+TORQUE brake axle tau=-20""",
+        f"formulation={formulation} reltol=1e-8",
+        "10m 0.8",
+        f"0 0 {-G}",
+        "z(load) angle(axle) tension(r) length(r)",
+    )
+    a = (20 * G - 20 / 0.15) / (20 + 0.05 / 0.0225)
+    down = 0.5 * a * np.asarray(r["time"]) ** 2
+    np.testing.assert_allclose(r["z(load)"], -2 - down, atol=1e-7)
+    np.testing.assert_allclose(r["angle(axle)"], down / 0.15, atol=1e-6)
+    np.testing.assert_allclose(r["tension(r)"], 20 * (G - a), rtol=1e-7)
+    np.testing.assert_allclose(r["length(r)"], 3 + down, atol=1e-7)
+    assert abs(r.energy.share) < 1e-10
+
+
 # in space ---------------------------------------------------------------------------------------------
 
 SPHERE = "BODY bob m=2 j=(0.01,0.01,0.01) x=0.8 z=-0.6 vy=1.5\nROPE r 0 bob slack=0"
@@ -446,6 +469,8 @@ IN_SPACE = "BODY bob m=1 j=(1m,1m,1m) x=1 z=-1\n"
         (BOB + "ROPE r 0 0(1,1) 0(2,1) bob r=(0,0.1,0.1,0) slack=0", "E238", "would leave its pulley"),
         (BOB + "ROPE r 0 bob slack=0 e=2", "E238", "more energy than they had"),
         (BOB + "ROPE r 0 bob slack=0 c=2", "E240", "belongs to k="),
+        (BOB + "ROPE r 0 bob slack=0 pay={time}", "E252", "reads time"),
+        (BOB + "ROPE r 0 0(0.5,1) bob grip=2 slack=0 pay={x(bob)}", "E240", "is for one stretch"),
         (BOB + "ROPE r 0 bob slack=0 axis=(0,1)", "E232", "three components"),
         (IN_SPACE + "ROPE r 0 0(1,1) bob r=(0,0.1,0) slack=0", "E230", "their axis is not known"),
         (IN_SPACE + "ROPE r 0(0,0,3) bob r=(0.1,0) axis=(0,1,0) slack=0", "E240", "is held by a pulley"),
