@@ -129,6 +129,21 @@ def test_block_and_tackle_at_rest_and_its_mode(parts):
     assert r.table("modes")["frequency"][0] == pytest.approx(sqrt(parts**2 * 5e3 / 4) / (2 * pi), rel=1e-9)
 
 
+@BOTH
+@pytest.mark.parametrize("k", ["", "k=5k"])
+def test_a_load_comes_to_rest_on_its_movable_pulley(formulation, k):
+    """Half of its weight in the rope, in both formulations, stretched or not."""
+    taut = "length=4.3" if k else "slack=0"
+    r = emsim.run(
+        f"rest\nBODY load m=4\nJOINT s 0 load slide axis=(0,1)\nROPE r 0(-0.1,2) load 0(0.1,2) r=(0,0.1,0) {taut} {k}\n"
+        f".gravity {G}\n.options formulation={formulation}\n.op static\n.save pos(s) tension(r)\n.end\n"
+    )
+    stretched = 4 * G / 2 / 5e3 if k else 0.0
+    longer = 4.3 - (4 + 0.1 * pi) if k else 0.0
+    assert r.table("op")["tension(r)"][0] == pytest.approx(2 * G, rel=1e-8)
+    assert r.table("op")["pos(s)"][0] == pytest.approx(-(stretched + longer) / 2, abs=1e-9)
+
+
 # pegs -------------------------------------------------------------------------------------------------
 
 
