@@ -266,7 +266,8 @@ MEASURED = "meas"
 PROBES = frozenset(
     """
     v i vm vp vr vi vdb vph im ip ir ii idb angle omega alpha pos vel acc x y z vx vy vz ax ay az
-    fx fy fz mx my mz force torque id iq p gap slip friction mode hits impulse energy ke pe power loss supplied
+    fx fy fz mx my mz force torque id iq p gap slip friction mode hits impulse tension length energy ke pe
+    power loss supplied
     """.split()
 )
 # before the name of what comes from outside while the model runs (fmus/ports.py); no name of a deck begins so

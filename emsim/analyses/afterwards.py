@@ -427,6 +427,8 @@ def _pulls(assembly: Assembly, run: Run, over_time: bool) -> None:
 
 def _limits(assembly: Assembly, run: Run) -> None:
     """Flags that carry a warning and turned 1 during the run, each once with its first time."""
+    from ..cards.base import Card
+
     warnings: dict[str, str] = assembly.machine.flag_warnings
     if not warnings:
         return
@@ -438,7 +440,7 @@ def _limits(assembly: Assembly, run: Run) -> None:
             said.add(text)
             card = names[index].rpartition(" ")[0]
             where = assembly.machine.span_of(card)
-            hint = "widen range=, or keep the joint inside of it"
+            hint = getattr(assembly.machine.couplings.get(card), "limits", Card.limits)
             if _turned_by_motor(assembly, card):
                 hint += "\na loop that turns a motor until its pot agrees has the wrong sign where it runs to the end: "
                 hint += "exchange the ends of range=, or the motor's terminals"

@@ -13,6 +13,7 @@ from .binding import Binding
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from typing import Any
 
     from .._engine import Expr
@@ -264,10 +265,19 @@ class Mechanism(Binding):
         if e.value is not None:
             return self.b.const(min(max(e.value, lo), hi))
         self.clamps.append((e, lo, hi, name, warn))
-        self.flag_warnings[f"{name} high"] = self.flag_warnings[f"{name} low"] = warn
-        over = self.b.flag(e - hi, None, f"{name} high", -1)
-        under = self.b.flag(lo - e, None, f"{name} low", -1)
+        over, under = self.told(e - hi, f"{name} high", warn), self.told(lo - e, f"{name} low", warn)
         return self.b.select(over, hi, self.b.select(under, lo, e))
+
+    def told(self, e: Scalar, name: str, warn: str) -> Expr:
+        """A flag, 1 while e > 0; a run in which it turns 1 says `warn`. `name`: of the card, a blank, a word."""
+        self.flag_warnings[name] = warn
+        return self.b.flag(self.public(e), None, name, -1)
+
+    def at_start(self, es: Sequence[Scalar]) -> list[float]:
+        """Values of expressions of coordinates where the machine starts."""
+        x = self.found.x
+        x = [*x, *([0.0] * (2 * len(self.rows) + 2 * len(self.laws) + len(self.norms)))]
+        return self.b.eval([self.public(e) for e in es], x, 0.0)
 
     def reaction(self, name: str, place: int = 0) -> Expr:
         raise NotImplementedError

@@ -157,7 +157,8 @@ def _column(fn: str, words: list[list[str]], parts: list[Part]) -> tuple[str, st
 
 MECHANICAL_WORDS = """
     angle omega alpha pos vel acc x y z vx vy vz ax ay az fx fy fz mx my mz
-    force torque i v id iq p gap slip friction mode hits impulse energy ke pe power loss supplied
+    force torque i v id iq p gap slip friction mode hits impulse tension length
+    energy ke pe power loss supplied
 """
 MECHANICAL = frozenset(MECHANICAL_WORDS.split())
 

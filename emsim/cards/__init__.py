@@ -29,6 +29,7 @@ INDEX = {
     "GEAR": "gear Gear",
     "RATIO": "ratio Ratio",
     "BELT": "belt Belt",
+    "ROPE": "rope Rope",
     "CAM": "cam Cam",
     "FORCE": "force Force",
     "TORQUE": "torque Torque",

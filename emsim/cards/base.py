@@ -83,6 +83,7 @@ if TYPE_CHECKING:
 
         @property
         def omega(self) -> Sequence[Scalar]: ...
+        def angle(self) -> Scalar | None: ...  # about z with full turns [rad]; None where it turns otherwise
         def point(self, local: tuple[float, ...]) -> PointView: ...
         def speed_squared(self, local: tuple[float, ...]) -> Scalar: ...
         def spin(self) -> Sequence[Scalar]: ...
@@ -114,6 +115,8 @@ if TYPE_CHECKING:
         def rate(self, e: Scalar) -> Expr: ...  # of an expression of coordinates: de/dt along the motion
         def body_of(self, card: Card, terminal: str) -> BodyView: ...  # of a point terminal
         def clamp(self, e: Scalar, lo: float, hi: float, name: str, warn: str) -> Expr: ...
+        def told(self, e: Scalar, name: str, warn: str) -> Expr: ...  # a flag, e > 0; the run says so
+        def at_start(self, es: Sequence[Scalar]) -> list[float]: ...  # of coordinates; for laws
 
         in_space: bool
 
@@ -191,6 +194,7 @@ HUGE = 1e150  # squares of more than that are beyond what floating point holds
 PROBES = {
     "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W",
     "id": "A", "iq": "A", "gap": "m", "slip": "m/s", "friction": "N", "mode": "", "hits": "", "impulse": "N s",
+    "tension": "N", "length": "m",
 }  # fmt: skip
 
 
@@ -288,6 +292,7 @@ class Card:
     valued = False  # its second and later words can be a value: FORCE push tip 3
     beyond = ""  # what takes more words than it does
     from_start = False  # its constraints hold what they are at the start
+    limits = "widen range=, or keep the joint inside of it"  # what mends that a number has come to its end in a run
     grouped = False  # names stand in parentheses behind its own: the nodes of several windings
 
     @classmethod

@@ -299,6 +299,10 @@ class Frame:
         """A direction of the frame in world axes."""
         return times(self.rot.matrix(), local)
 
+    def angle(self) -> Scalar | None:
+        """From world x to its x about z, full turns counted; None where it turns about other axes too [rad]."""
+        return self.rot.about_z()
+
     def spin(self) -> Vector:
         """Angular velocity in the frame's own axes [rad/s]."""
         if self.in_own_axes and self.twist is not None:

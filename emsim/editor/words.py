@@ -54,6 +54,8 @@ PROBES = {
     "mode": ("mode(card)", "", "FRICTION: 0 sticks, -1 1 slides; STOP: -1 1 at an end; CONTACT: 1 closed, -2 2 slides"),
     "hits": ("hits(card)", "", "how often the parts of a STOP or CONTACT have met"),
     "impulse": ("impulse(card)", "N s", "sum of the impulses of a rigid STOP or CONTACT"),
+    "tension": ("tension(rope) | tension(rope,k)", "N", "with which a ROPE pulls; of its k-th stretch with grip="),
+    "length": ("length(rope) | length(rope,k)", "m", "of a ROPE, without what is wound at its ends"),
     "energy": ("energy()", "J", "what circuit and machine hold: kinetic, potential, of fields, coils and capacitors"),
     "ke": ("ke() | ke(body)", "J", "kinetic energy"),
     "pe": ("pe()", "J", "potential energy"),
@@ -68,7 +70,7 @@ READS = {
     **dict.fromkeys(("pos", "vel", "acc", "fx", "fy", "fz", "mx", "my", "mz"), ("joint",)),
     **dict.fromkeys(("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"), ("point", "body")),
     **dict.fromkeys(("force", "torque", "id", "iq", "p", "gap", "slip", "friction"), ("card",)),
-    **dict.fromkeys(("mode", "hits", "impulse", "power"), ("card",)),
+    **dict.fromkeys(("mode", "hits", "impulse", "power", "tension", "length"), ("card",)),
     "ke": ("body",), "v": ("node", "card"), "i": ("element", "card"),
 }  # fmt: skip
 

@@ -546,6 +546,21 @@ MACHINES = {
             for key, a, b in (("r1", 1, 2), ("r2", 1, 3), ("k", 10, 20), ("c", 1, 2), ("f0", 5, 9), ("cross", "yes", "no"))
         },
     },
+    "ROPE": {
+        **{
+            key: (ARM + "ROPE t arm(1,0) 0(0,2) k=3 @\n", f"{key}={a}", f"{key}={b}")
+            for key, a, b in (("slack", 0.1, 0.2), ("length", 0.5, 0.7))
+        },
+        "r": (ARM + "ROPE t arm(1,0) 0(0,2) 0(2,2) k=3 length=1 @\n", "r=(0,-0.1,0)", "r=(0,-0.2,0)"),
+        "grip": (ARM + "BODY w m=1 j=1\nJOINT v 0(0,2) w pin\nROPE t arm(1,0) w 0(2,2) k=3 slack=0 r=(0,-1,0) @\n", "", "grip=2"),
+        "axis": (SPATIAL + "JOINT h 0 a ball\nROPE t a(1,0.2,0) 0(0,2,2) 0(2,2,2) r=(0,0.1,0) k=3 slack=0 @\n",
+                 "axis=(0,1,0)", "axis=(0,1,1)"),
+        "pay": (ARM + "ROPE t arm(1,0) 0(0,2) k=3 length=0.5 @\n", "pay={0.1*angle(h)}", "pay={0.2*angle(h)}"),
+        **{
+            key: (ARM + f"ROPE t arm(1,0) 0(0,2) {'' if key == 'k' else 'k=3'} length=0.5 @\n", f"{key}={a}", f"{key}={b}")
+            for key, a, b in (("k", 1, 2), ("c", 0.1, 0.2), ("e", 0.1, 0.2), ("n", 1, 2))
+        },
+    },
     "RATIO": {"coef": (WHEEL + "pin\nRATIO e h g @\n", "coef=(1,2)", "coef=(1,3)")},
     "ROLL": {
         "line": (FREE.replace("@", "y=0.2 vx=1") + "ROLL e b 0 r=0.2 @\n", "line=(0,1)", "line=(0.1,1)"),

@@ -24,6 +24,7 @@ from .polygon import polygon
 from .pot import pot
 from .ratio import ratio
 from .rod import rod
+from .rope import rope
 from .solids import is_solid
 from .stop import stop
 from .torque import torque
@@ -40,7 +41,8 @@ if TYPE_CHECKING:
 GLYPHS: dict[str, Glyph] = {
     "rod": (0, rod), "box": (0, box), "disc": (0, disc), "polygon": (0, polygon), "bones": (0, bones),
     "joint": (1, joint), "spring": (1, elastic), "damper": (1, elastic), "gear": (1, gear), "belt": (1, belt), "cam": (1, cam),
-    "stop": (1, stop), "contact": (1, contact), "ratio": (1, ratio), "knife": (1, knife), "friction": (1, friction),
+    "stop": (1, stop), "contact": (1, contact), "ratio": (1, ratio), "knife": (1, knife), "rope": (1, rope),
+    "friction": (1, friction),
     "motor": (2, motor), "pot": (2, pot), "force": (2, force), "torque": (2, torque), "drive": (2, drive),
     "transducer": (2, transducer),
 }  # fmt: skip

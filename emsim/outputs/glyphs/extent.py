@@ -40,6 +40,10 @@ def extents(shapes: list[Shape]) -> list[list[Any]]:
         if kind == "gear" and "radii" in s:
             found.append([s["first"]["a"], s["radii"][0]])
             found.append([s["second"]["a"], s["radii"][1]])
+        if kind == "rope":
+            for stretch in s["stretches"]:
+                for k in range(len(stretch["places"])):
+                    found.append([stretch["places"][k], abs(stretch["radii"][k])])
         sides = spread(s, shapes) if kind == "bones" else None
         if sides is not None:
             found.append([s["at"], max(*sides) / 2])
