@@ -22,7 +22,7 @@ from time import monotonic, perf_counter
 
 from .. import pipeline
 from ..build import read, read_source
-from ..diagnostics import MAX_ERRORS_SHOWN, Diagnostic, DiagnosticError, render_text
+from ..diagnostics import MAX_ERRORS_SHOWN, Diagnostic, DiagnosticError, not_installed, render_text
 from ..elaborate import flatten
 from ..expr import Node, Num, Unary
 from ..outputs import html
@@ -212,6 +212,8 @@ def _explained(error: Exception | None) -> list[Diagnostic]:
         return [
             Diagnostic("error", "E509", "out of memory", None, "record less: .save, a larger step on .tran")
         ]
+    if (missing := not_installed(error)) is not None:
+        return [missing]
     return [Diagnostic("error", "E499", f"internal error: {type(error).__name__}: {error}")]
 
 

@@ -50,6 +50,7 @@ class Playground {
   constructor({ text, cards, failed }) {
     document.body.classList.add("playground");
     Object.assign(this, { shown: null, next: null, busy: false });
+    document.head.append(made("link", { rel: "icon", href: "data:," })); // no browser is to ask for an icon
     this.status = made("span", { id: "live", role: "status" });
     $("facts").after(this.status);
     this.bar = made("div", { id: "share" });
