@@ -62,20 +62,18 @@ def address(folder: Path) -> Iterator[str]:
     server.server_close()
 
 
-@pytest.fixture
-def seen(chromium: Any, address: str) -> Iterator[Callable[..., Any]]:
-    """seen() opens it; nothing may be said on the console, and nothing asked of another server."""
+@pytest.fixture(scope="module")
+def opened(chromium: Any, address: str) -> Iterator[Callable[..., Any]]:
+    """opened() opens it; nothing may be said on the console, and nothing asked of another server."""
     said: list[str] = []
     asked: list[str] = []
     contexts = []
 
-    def opened(behind: str = "") -> Any:
+    def new_page(behind: str = "") -> Any:
         context = chromium.new_context(bypass_csp=True, viewport={"width": 1500, "height": 900})
         contexts.append(context)
-        context.on(
-            "request",
-            lambda r: None if r.url.startswith((address, "blob:", "data:")) else asked.append(r.url),
-        )
+        own = (address, "blob:", "data:")
+        context.on("request", lambda r: None if r.url.startswith(own) else asked.append(r.url))
         page = context.new_page()
         page.on("console", lambda m: said.append(m.text))
         page.on("pageerror", lambda e: said.append(str(e)))
@@ -83,11 +81,17 @@ def seen(chromium: Any, address: str) -> Iterator[Callable[..., Any]]:
         page.wait_for_function("window.playground")
         return page
 
-    yield opened
+    yield new_page
     for context in contexts:
         context.close()
     assert said == []
     assert asked == []
+
+
+@pytest.fixture(scope="module")
+def page(opened: Callable[..., Any]) -> Any:
+    """One for all tests: Python takes seconds to begin."""
+    return opened()
 
 
 def typed(page: Any, text: str) -> None:
@@ -113,15 +117,13 @@ def column(page: Any, name: str) -> list[float]:
     return found
 
 
-def test_it_opens_moving_before_python_is_there(seen: Callable[..., Any]) -> None:
-    page = seen()
-    page.wait_for_function("window.emsim?.clock.playing", timeout=5000)
+def test_it_opens_moving_before_python_is_there(page: Any) -> None:
+    page.wait_for_function("window.emsim?.clock.playing && window.engine", timeout=10_000)
     assert not page.evaluate("window.playground.emsim.ready")
     moving(page)
 
 
-def test_a_deck_is_typed_a_mistake_marked_and_mended_and_it_moves(seen: Callable[..., Any]) -> None:
-    page = seen()
+def test_a_deck_is_typed_a_mistake_marked_and_mended_and_it_moves(page: Any) -> None:
     typed(page, SPRING.replace("SPRING s guide", "SPRING s giude"))
     page.wait_for_selector(".cm-lintRange-error", timeout=SOON)
     page.wait_for_function("document.body.classList.contains('stale')")
@@ -139,8 +141,17 @@ def test_a_deck_is_typed_a_mistake_marked_and_mended_and_it_moves(seen: Callable
     assert column(page, "pos(guide)") == pytest.approx(list(position), abs=1e-7)
 
 
-def test_its_sliders_compute_and_write_into_the_text(seen: Callable[..., Any]) -> None:
-    page = seen()
+def test_completion_is_the_language_servers(page: Any) -> None:
+    typed(page, SPRING.replace("a mass", "a mass again").replace("k=50", "k=50 "))
+    ran(page, "a mass again on a spring")
+    page.evaluate("window.playground.editor.show(4)")
+    page.keyboard.press("End")
+    page.keyboard.press("Control+Space")
+    page.wait_for_selector(".cm-tooltip-autocomplete", timeout=SOON)
+    assert "q0" in page.inner_text(".cm-tooltip-autocomplete")
+
+
+def test_its_sliders_compute_and_write_into_the_text(page: Any) -> None:
     typed(page, RC)
     ran(page, "a low pass")
     page.wait_for_function("window.engine")
@@ -156,37 +167,30 @@ def test_its_sliders_compute_and_write_into_the_text(seen: Callable[..., Any]) -
     page.wait_for_function("text => window.playground.editor.text() === text", arg=other)
 
 
-def test_a_deck_travels_in_the_link(seen: Callable[..., Any]) -> None:
-    page = seen()
-    typed(page, RC)
-    ran(page, "a low pass")
-    behind = page.evaluate("location.hash")
-    assert behind.startswith("#deck=") and len(behind) < 300
-    other = seen(behind)
-    ran(other, "a low pass")
-    assert other.evaluate("window.playground.editor.text()") == RC
-    moving(other)
+def test_what_the_playground_cannot_do_is_named(page: Any) -> None:
+    typed(page, RC.replace(".print tran v(out)", ".control\nrun\nprint v(out)[3]\n.endc"))
+    page.wait_for_function("document.querySelector('#said pre')?.textContent.includes('E521')", timeout=SOON)
+    assert "this needs numpy, which is not in the playground" in page.inner_text("#said pre")
 
 
-def test_completion_is_the_language_servers(seen: Callable[..., Any]) -> None:
-    page = seen()
-    page.wait_for_function("window.playground.emsim.ready", timeout=SOON)
-    typed(page, SPRING.replace("k=50", "k=50 "))
-    ran(page, "a mass on a spring")
-    page.evaluate("window.playground.editor.show(4)")
-    page.keyboard.press("End")
-    page.keyboard.press("Control+Space")
-    page.wait_for_selector(".cm-tooltip-autocomplete", timeout=SOON)
-    assert "free=" in page.inner_text(".cm-tooltip-autocomplete")
-
-
-def test_a_run_that_takes_for_ever_is_stopped(seen: Callable[..., Any]) -> None:
-    page = seen()
-    page.wait_for_function("window.playground.emsim.ready", timeout=SOON)
-    typed(page, RC.replace("10u 5m", "10u 1e6 0 1u"))
+def test_a_run_that_takes_for_ever_is_stopped(page: Any) -> None:
+    typed(page, RC.replace("10u 5m", "1 1e5"))
     page.get_by_role("button", name="stop").click(timeout=SOON)
     typed(page, RC)
     ran(page, "a low pass")
+
+
+def test_a_deck_travels_in_the_link(page: Any, opened: Callable[..., Any]) -> None:
+    typed(page, RC.replace("a low pass", "another low pass"))
+    ran(page, "another low pass")
+    behind = page.evaluate("location.hash")
+    assert behind.startswith("#deck=") and len(behind) < 300
+    other = opened(behind)
+    ran(other, "another low pass")
+    assert other.evaluate("window.playground.editor.text()") == page.evaluate(
+        "window.playground.editor.text()"
+    )
+    moving(other)
 
 
 def test_every_template_and_lesson_is_in_the_menu(folder: Path) -> None:

@@ -19,8 +19,8 @@ async function textOf(packed) {
 
 // emsim in its worker; `ask` promises an answer, which is undefined where the worker was ended meanwhile
 class Emsim {
-  constructor(told) {
-    Object.assign(this, { told, count: 0 });
+  constructor() {
+    Object.assign(this, { told: () => {}, count: 0 });
     this.begin();
   }
   begin() {
@@ -47,10 +47,9 @@ class Emsim {
 }
 
 class Playground {
-  constructor({ text, cards, failed }) {
+  constructor({ emsim, text, cards, failed }) {
     document.body.classList.add("playground");
-    Object.assign(this, { shown: null, next: null, busy: false });
-    document.head.append(made("link", { rel: "icon", href: "data:," })); // no browser is to ask for an icon
+    Object.assign(this, { emsim, shown: null, next: null, busy: false });
     this.status = made("span", { id: "live", role: "status" });
     $("facts").after(this.status);
     this.bar = made("div", { id: "share" });
@@ -66,8 +65,8 @@ class Playground {
     pane.setAttribute("aria-label", "the deck");
     this.bar.after(pane);
     this.editor = emsimEditor.open(desk, { text, cards, changed: (fresh) => this.changed(fresh), ask: (what, row, col) => this.helped(what, row, col) });
-    this.emsim = new Emsim((data) => this.heard(data));
-    this.tell("", "Python is being loaded");
+    emsim.told = (data) => this.heard(data);
+    this.tell(emsim.ready ? "ok" : "", emsim.ready ? "ready" : "Python is being loaded");
     this.templates();
     if (failed) this.tell("wrong", failed);
     addEventListener("hashchange", () => this.fromLink());
@@ -81,7 +80,8 @@ class Playground {
     if (failed) this.tell("wrong", failed);
     if (share !== undefined) this.bar.style.width = `${100 * share}%`;
   }
-  helped(what, row, col) { return this.emsim.ready && !this.busy ? this.emsim.ask(what, this.editor.text(), row, col) : null; }
+  // behind a run that is short, not behind one that takes long
+  helped(what, row, col) { return this.emsim.ready && !(this.busy && performance.now() - this.since > PAUSE) ? this.emsim.ask(what, this.editor.text(), row, col) : null; }
   // ---- the deck ----
   async templates() {
     const decks = await (await fetch("decks.json")).json(), groups = Map.groupBy ? Map.groupBy(decks, (deck) => deck.group) : new Map([["decks", decks]]);
@@ -199,7 +199,7 @@ class Playground {
   }
   engine(data) {
     if (!window.emsim || this.shown !== window.emsim.run) return;
-    window.engine = new Engine(data, $("engine").textContent, this.shown);
+    window.engine = new Engine(data, $("engine-code").textContent, this.shown);
     this.writes();
     if (this.on) window.engine.goOn();
   }
@@ -223,10 +223,11 @@ if (fromLink) {
   document.body.classList.add("empty");
 }
 (async () => {
+  const emsim = new Emsim(); // the longest part of the way
   let { text } = opening, failed = null;
   if (fromLink) try { text = await textOf(fromLink); } catch { failed = "the link holds no deck"; }
   await new Promise((done, wrong) => document.head.append(Object.assign(document.createElement("script"), { src: "editor.js", onload: done, onerror: wrong })));
-  window.playground = new Playground({ text, cards: opening.cards, failed });
+  window.playground = new Playground({ emsim, text, cards: opening.cards, failed });
   const { playground } = window;
   if (fromLink || failed) {
     playground.fresh = true;
