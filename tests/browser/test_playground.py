@@ -167,6 +167,11 @@ def test_its_sliders_compute_and_write_into_the_text(page: Any) -> None:
     page.wait_for_function("text => window.playground.editor.text() === text", arg=other)
 
 
+def test_small_values_are_spelled_with_their_suffix(page: Any) -> None:
+    """Those that JavaScript itself writes with an exponent too."""
+    assert page.evaluate("[2e-8, -4.7e-12, 0.005, 3e9].map(v => spelled(v, '1k'))") == ["20n", "-4.7p", "5m", "3g"]
+
+
 def test_what_the_playground_cannot_do_is_named(page: Any) -> None:
     typed(page, RC.replace(".print tran v(out)", ".control\nrun\nprint v(out)[3]\n.endc"))
     page.wait_for_function("document.querySelector('#said pre')?.textContent.includes('E521')", timeout=SOON)
