@@ -169,7 +169,12 @@ def test_its_sliders_compute_and_write_into_the_text(page: Any) -> None:
 
 def test_small_values_are_spelled_with_their_suffix(page: Any) -> None:
     """Those that JavaScript itself writes with an exponent too."""
-    assert page.evaluate("[2e-8, -4.7e-12, 0.005, 3e9].map(v => spelled(v, '1k'))") == ["20n", "-4.7p", "5m", "3g"]
+    assert page.evaluate("[2e-8, -4.7e-12, 0.005, 3e9].map(v => spelled(v, '1k'))") == [
+        "20n",
+        "-4.7p",
+        "5m",
+        "3g",
+    ]
 
 
 def test_what_the_playground_cannot_do_is_named(page: Any) -> None:
