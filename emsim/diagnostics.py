@@ -9,6 +9,8 @@ E500-E549 outside world; W and N (warnings and notes) use the same ranges.
 
 from __future__ import annotations
 
+import sys
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -102,6 +104,23 @@ class Fix:
 
     def __init__(self, span: Span, text: str, label: str = "") -> None:
         self.span, self.text, self.label = span, text, label or f"write `{text.strip()}`"
+
+
+def not_installed(error: Exception) -> Diagnostic | None:
+    """The message of a package that emsim imports and that is not there; None for any other error."""
+    if (
+        not isinstance(error, ModuleNotFoundError)
+        or not error.name
+        or error.name.partition(".")[0] == "emsim"
+    ):
+        return None
+    said, hint = f"emsim needs {error.name}, which is not installed", f"pip install {error.name}"
+    if sys.platform == "emscripten":
+        said, hint = (
+            f"this needs {error.name}, which is not in the playground",
+            "run the deck with emsim on your machine",
+        )
+    return Diagnostic("error", "E521", said, None, hint)
 
 
 def instead(span: Span | None, wrong: str, right: str) -> list[Fix]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from ..cards.kinematics import constant, dot, subtract
 from ..expr import Node, names
+from ..opened import OpenNumber
 from . import asked
 from .binding import Binding
 
@@ -108,6 +109,8 @@ class Mechanism(Binding):
         """`e` with symbols replaced by what they stand for."""
         if isinstance(e, (int, float)):
             return self.b.const(float(e))
+        if isinstance(e, OpenNumber):
+            e = e.expr
         return self.b.substitute([e], self.pairs)[0] if self.pairs else e
 
     def public_all(self, es: list[Expr]) -> list[Expr]:

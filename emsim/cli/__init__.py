@@ -29,6 +29,7 @@ VERBS = {
     "chart": "run every method over a ladder of tolerances and chart error against time",
     "convert": "results between raw, CSV, Parquet and NetCDF files",
     "new": "write a small deck that runs, from a template",
+    "playground": "write a page in which decks are written and run with nothing installed",
     "lessons": "copy the lessons, decks and text, and open the first",
     "fmt": "lay a deck out: cards and comments in columns, nothing but blanks changed",
     "lsp": "the language server, for editors",

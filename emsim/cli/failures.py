@@ -6,7 +6,15 @@ import os
 import sys
 from contextlib import suppress
 
-from ..diagnostics import REPORT, ConvergenceError, Diagnostic, DiagnosticError, InternalError, OutsideError
+from ..diagnostics import (
+    REPORT,
+    ConvergenceError,
+    Diagnostic,
+    DiagnosticError,
+    InternalError,
+    OutsideError,
+    not_installed,
+)
 from .arguments import UsageError
 from .console import CONVERGENCE, DECK, INTERNAL, OUTSIDE, USAGE, point, print_json, show
 
@@ -54,9 +62,8 @@ def explain(error: Exception) -> tuple[int, list[Diagnostic]]:
         return OUTSIDE, [
             Diagnostic("error", "E509", "out of memory", None, "record less: .save, a larger step on .tran")
         ]
-    if isinstance(error, ModuleNotFoundError) and error.name and error.name.partition(".")[0] != "emsim":
-        said = f"emsim needs {error.name}, which is not installed"
-        return OUTSIDE, [Diagnostic("error", "E521", said, None, f"pip install {error.name}")]
+    if (missing := not_installed(error)) is not None:
+        return OUTSIDE, [missing]
     if isinstance(error, ImportError) and str(error).startswith("EMSIM_CODE"):
         return USAGE, [
             Diagnostic("error", "E520", str(error), None, "EMSIM_CODE=native, or no such variable at all")

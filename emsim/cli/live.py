@@ -26,7 +26,7 @@ def serve(given: Arguments) -> int:
         raise UsageError("--live watches a file; stdin is none")
     if given.has("output"):
         raise UsageError("--live writes no file; leave -o away")
-    port = _port(given.text("port"))
+    port = port_of(given.text("port"))
     _readable(deck)
     session = Session(deck, defines(given), overrides(given), _Teller(given.has("quiet")).say)
     try:
@@ -55,7 +55,7 @@ def serve(given: Arguments) -> int:
     return OK
 
 
-def _port(text: str | None) -> int:
+def port_of(text: str | None) -> int:
     if text is None:
         return 0
     if not text.isdecimal() or not 0 < int(text) < 65536:

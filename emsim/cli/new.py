@@ -30,7 +30,7 @@ def templates() -> list[str]:
     return sorted(name.removesuffix(".cir") for name in listdir(FOLDER) if name.endswith(".cir"))
 
 
-def _text(chosen: str) -> str:
+def text_of(chosen: str) -> str:
     if chosen not in templates():
         # its title is the new deck's, behind its name
         return lessons.text_of(f"{chosen}.cir")
@@ -50,7 +50,7 @@ def main(args: Sequence[str]) -> int:
             + (f", did you mean {near}?" if near else f"; there is {', '.join(templates())}")
         )
     path = given.words[0] if "." in basename(given.words[0]) else given.words[0] + ".cir"
-    text = _text(chosen)
+    text = text_of(chosen)
     check_folder(path)
     title = basename(path).rpartition(".")[0] or basename(path)
     try:

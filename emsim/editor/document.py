@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from ..build import read_source
 from ..cards import CARDS
-from ..control import check as check_commands
 from ..deck import Conditional, Func, Include, Instance, MachineCard, Model, Param, Subckt
 from ..diagnostics import Diagnostic, DiagnosticError, Sink, Span
 from ..elaborate import flatten
@@ -58,6 +57,8 @@ class Document:
             self.flat = flatten(deck)
             self.assembly = prepare(self.flat)[0]
             if self.flat.commands:
+                from ..control import check as check_commands  # numpy, which other decks do without
+
                 check_commands(self.flat.commands, self.flat.sink)
             self.diagnostics = self.flat.sink.diagnostics
         except DiagnosticError as error:

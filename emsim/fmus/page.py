@@ -131,7 +131,14 @@ def engine(
     source: Source, result: Result, defines: Mapping[str, Any], options: Mapping[str, Any]
 ) -> dict[str, Any] | None:
     """What `outputs.html.write` takes as `engine`; None where the page is a recording."""
-    found = computing(source, result.main, defines, options) if there() and len(result.plots) == 1 else None
+    return opened(source, result, defines, options) if there() else None
+
+
+def opened(
+    source: Source, result: Result, defines: Mapping[str, Any], options: Mapping[str, Any]
+) -> dict[str, Any] | None:
+    """The same, wherever the engine of the page comes from."""
+    found = computing(source, result.main, defines, options) if len(result.plots) == 1 else None
     if found is None:
         return None
     values = {m.name: m for m in result.measured}
@@ -175,7 +182,7 @@ def computing(
     if table.kind != "tran" or table.steps or not table.axis:
         return None
 
-    def opened(names: Sequence[str], held: bool = False, whole: bool = False) -> _Opened | None:
+    def tried(names: Sequence[str], held: bool = False, whole: bool = False) -> _Opened | None:
         try:
             return _Opened(source, names, defines, options, held, whole and table.energy is not None)
         except DeckError:
@@ -183,13 +190,13 @@ def computing(
 
     def possible(before: Sequence[str], more: Sequence[str]) -> list[str]:
         """Those of `more` that can be open too."""
-        every = not more or opened([*before, *more])
-        return list(more) if every else [name for name in more if opened([*before, name])]
+        every = not more or tried([*before, *more])
+        return list(more) if every else [name for name in more if tried([*before, name])]
 
     params = possible([], _parameters(source, defines, options))
     names = [*params, *possible(params, _lines(source, params, defines, options))]
     held = True
-    while (deck := opened(names, held, True)) is not None:
+    while (deck := tried(names, held, True)) is not None:
         found = None if deck.ports and deck.lost else Computing(deck)
         if found is not None and not found.impeding:
             return found

@@ -22,7 +22,7 @@ from time import monotonic, perf_counter
 
 from .. import pipeline
 from ..build import read, read_source
-from ..diagnostics import MAX_ERRORS_SHOWN, Diagnostic, DiagnosticError, render_text
+from ..diagnostics import MAX_ERRORS_SHOWN, Diagnostic, DiagnosticError, not_installed, render_text
 from ..elaborate import flatten
 from ..expr import Node, Num, Unary
 from ..outputs import html
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from ..deck import Deck, Param
     from ..diagnostics import Fix
     from ..elaborate.flat import FlatDeck
+    from ..result import Result
     from .values import Place
 
     Job = dict[str, Any]
@@ -64,11 +65,23 @@ def main() -> None:
 
 
 def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[str, Any], bytes]:
-    """What is said of a run, and the run itself for the page, empty where there is nothing to draw.
+    """`carried`, the run as bytes, empty where there is nothing to draw."""
+    head, run = carried(job, progress)[:2]
+    return head, packed(run)
+
+
+def packed(run: dict[str, Any] | None) -> bytes:
+    return b"" if run is None else json.dumps(run, separators=(",", ":"), allow_nan=False).encode()
+
+
+def carried(
+    job: Job, progress: Callable[..., object] | None = None
+) -> tuple[dict[str, Any], dict[str, Any] | None, Result | None, list[Diagnostic]]:
+    """What is said of a run, the run itself for the page, None where there is nothing to draw, its result and the messages.
 
     ok       a run reached its end;  read: the deck itself is right
     text     all diagnostics as on a coloured terminal;  lines: (line of the deck, message and hint) of the errors
-    fixes    what mends the deck's own text, see `_fix`
+    fixes    what mends the deck's own text, see `mending`
     sheet    the deck as text for the page, with its wrong lines marked
     params   the .param of the deck, see `_param`; values: numbers of its cards, see `_value`; set: the page's values that counted
     named    every file that was read or looked for
@@ -94,7 +107,7 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
     said += [d for d in _explained(error) if d not in said]
     text = "" if deck is None else _text_of(job["deck"])
     drawn = result is not None and any(len(table) for table in result.plots)
-    run: dict[str, Any] = {"facts": ""}
+    run = None
     if result is not None and drawn:
         result.diagnostics = said
         run = html.document(result, text)
@@ -105,7 +118,10 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
         "text": render_text(said, color=True),
         "lines": [(d.span.in_deck.line, _brief(d)) for d in errors if d.span is not None],
         "fixes": [
-            _fix(f) for d in said for f in d.fixes if deck is not None and f.span.file.path == deck.file.path
+            mending(f)
+            for d in said
+            for f in d.fixes
+            if deck is not None and f.span.file.path == deck.file.path
         ],
         "sheet": html.deck_sheet(text, said)[2],
         "source": text,
@@ -115,10 +131,10 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
         else [_value(n, p, text, deck.file.name) for n, p in places(text).items()],
         "set": kept,
         "named": [] if deck is None else deck.named,
-        "facts": run["facts"],
+        "facts": "" if run is None else run["facts"],
         "seconds": perf_counter() - began,
     }
-    return head, json.dumps(run, separators=(",", ":"), allow_nan=False).encode() if drawn else b""
+    return head, run, result, said
 
 
 def explain(job: Job) -> dict[str, Any]:
@@ -196,6 +212,8 @@ def _explained(error: Exception | None) -> list[Diagnostic]:
         return [
             Diagnostic("error", "E509", "out of memory", None, "record less: .save, a larger step on .tran")
         ]
+    if (missing := not_installed(error)) is not None:
+        return [missing]
     return [Diagnostic("error", "E499", f"internal error: {type(error).__name__}: {error}")]
 
 
@@ -203,7 +221,7 @@ def _brief(d: Diagnostic) -> str:
     return f"{d.message}\n{d.hint}" if d.hint else d.message
 
 
-def _fix(fix: Fix) -> dict[str, Any]:
+def mending(fix: Fix) -> dict[str, Any]:
     """A mending of the deck's own text: what stands at its place now, and what is to."""
     span = fix.span
     return {

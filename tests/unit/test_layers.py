@@ -28,6 +28,7 @@ ROWS = [
     ["docs"],
     ["__main__"],
     ["cli"],
+    ["playground"],
     ["live"],
     ["editor"],
     ["__init__"],

@@ -31,7 +31,7 @@ pub mod modes; // laws with modes (friction, rigid stops), decided together
 pub mod newton; // one implicit stage: Newton's method
 pub mod op; // the starting point: operating point, initial conditions, consistent values
 pub mod packed; // a deck as bytes, and an instance of it that runs
-#[cfg(target_family = "wasm")]
+#[cfg(all(target_family = "wasm", not(feature = "python")))]
 mod page; // the functions that a page in a browser calls
 pub mod passive; // is the linear part a passive network without gain
 #[cfg(feature = "python")]

@@ -449,4 +449,4 @@ function wire() {
 
 wire();
 const first = JSON.parse($("run").textContent);
-show(chosen(first)).then(() => { if (first.engine) window.engine = new Engine(first.engine, $("engine").textContent, first); });
+show(chosen(first)).then(() => { if (first.engine) window.engine = new Engine(first.engine, $("engine-code").textContent, first); });

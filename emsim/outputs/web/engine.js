@@ -111,6 +111,14 @@ class Engine {
     this.knobs();
     this.hands = new Hands(this);
   }
+  // another run takes its place
+  close() {
+    this.closed = true;
+    this.running?.close();
+    this.worker?.terminate();
+    this.section.remove();
+    this.hands.close();
+  }
   async begin() {
     this.worker = new Worker(URL.createObjectURL(new Blob([`${unlzma}\n(${engineWorker})()`], { type: "text/javascript" })));
     this.worker.onmessage = ({ data }) => (data.aimed ? this.hands.aimed(data.aimed) : data.led ? this.running?.came(data) : this.came(data));
@@ -156,6 +164,7 @@ class Engine {
     this.values.forEach((v, k) => this.wishes.set(k, v));
   }
   async came({ found, said, seconds, accounts }) {
+    if (this.closed) return;
     if (found === null) {
       this.forget();
       this.running?.stop();
@@ -225,7 +234,7 @@ class Engine {
   knobs() {
     this.told = made("span", { id: "computing" });
     this.told.setAttribute("role", "status");
-    const box = made("div", { className: "knobs", hidden: true }), fold = made("button", { className: "fold" }), section = made("section", { id: "knobs" });
+    const box = made("div", { className: "knobs", hidden: true }), fold = made("button", { className: "fold" }), section = (this.section = made("section", { id: "knobs" }));
     const opened = () => { fold.textContent = `${box.hidden ? "\u25b8" : "\u25be"} Values to move`; fold.setAttribute("aria-expanded", !box.hidden); };
     fold.onclick = () => { box.hidden = !box.hidden; opened(); };
     opened();
@@ -273,6 +282,7 @@ class Engine {
     const [at, col, size] = found;
     lines[at] = typeof col === "string" ? col : lines[at].slice(0, col) + value + lines[at].slice(col + size);
     (this.written ??= new Set()).add(at);
+    this.wrote?.(at, lines[at]);
     document.querySelector("#sheet-deck")?.replaceChildren(...made("div", { innerHTML: this.text() }).childNodes);
     const copied = navigator.clipboard?.writeText(lines[at]) ?? Promise.reject();
     copied.then(() => " (copied)", () => "").then((said) => this.tell(`line ${at + 1} of the deck: ${lines[at].trim()}${said}`));

@@ -11,9 +11,13 @@ const SWINGS = 1.5, SAG = 0.05, DAMPED = 0.7;
 class Hands {
   constructor(engine) {
     const { deck } = engine;
-    Object.assign(this, { engine, deck, turned: new Map(), hold: null });
+    Object.assign(this, { engine, deck, turned: new Map(), hold: null, end: new AbortController() });
     if (deck.scene) this.machine($("machine"));
     if (Object.keys(deck.switches).length) { this.circuit(document.getElementById("circuit")); this.mark(); }
+  }
+  close() {
+    if (this.hold) this.loose();
+    this.end.abort();
   }
   input(name) { return this.deck.hands[`hand ${name}`]; }
   // can a hand do anything with this body now?
@@ -33,17 +37,17 @@ class Hands {
       canvas.setPointerCapture(e.pointerId);
       this.take(found, e.pointerId);
     };
-    canvas.addEventListener("pointerdown", take, { capture: true });
+    canvas.addEventListener("pointerdown", take, { capture: true, signal: this.end.signal });
     canvas.addEventListener("pointermove", (e) => {
       if (this.hold?.pointer === e.pointerId) { e.stopImmediatePropagation(); return this.pull(at(e)); }
       if (!e.buttons && this.mine()) canvas.style.cursor = this.touched(at(e), NEAR.mouse) ? "grab" : "";
-    }, { capture: true });
-    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(end, (e) => this.hold?.pointer === e.pointerId && this.loose(), { capture: true });
+    }, { capture: true, signal: this.end.signal });
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(end, (e) => this.hold?.pointer === e.pointerId && this.loose(), { capture: true, signal: this.end.signal });
     // a finger on a body does not scroll the page
     canvas.addEventListener("touchstart", (e) => {
       const [finger] = e.changedTouches;
       if (this.hold || (this.mine() && this.touched(at(finger), NEAR.touch))) e.preventDefault();
-    }, { passive: false });
+    }, { passive: false, signal: this.end.signal });
   }
   // is what is drawn of the engine?
   mine() {
@@ -147,19 +151,19 @@ class Hands {
       if (!name || e.button || !this.shows()) return;
       pressed = { name, at: performance.now(), was: this.turned.has(name) };
       if (pressed.was) this.free(name); else this.turn(name);
-    }, { capture: true });
+    }, { capture: true, signal: this.end.signal });
     addEventListener("pointerup", () => {
       if (pressed && !pressed.was && performance.now() - pressed.at > LATCH) this.free(pressed.name);
       pressed = null;
-    });
-    host.addEventListener("click", (e) => of(e) && this.shows() && e.stopPropagation(), { capture: true });
+    }, { signal: this.end.signal });
+    host.addEventListener("click", (e) => of(e) && this.shows() && e.stopPropagation(), { capture: true, signal: this.end.signal });
     host.addEventListener("keydown", (e) => {
       const name = of(e);
       if (!name || (e.key !== "Enter" && e.key !== " ") || !this.shows()) return;
       e.preventDefault();
       e.stopPropagation();
       if (this.turned.has(name)) this.free(name); else this.turn(name);
-    }, { capture: true });
+    }, { capture: true, signal: this.end.signal });
   }
   shows() { return window.emsim?.circuit && window.emsim.run.runs.length === 1; }
   // against what it is at the clock's instant; a run as it was recorded does not tell that, and is computed first

@@ -23,7 +23,8 @@ function spelled(value, like) {
   if (!scale && (size === 0 || (size >= 1e-3 && size < 1e6))) return `${value}${letters}`;
   const power = size === 0 ? 0 : Math.max(-18, Math.min(12, 3 * Math.floor(Math.log10(size) / 3 + 1e-9)));
   const suffix = power === 0 ? "" : Object.keys(SCALES).find((key) => SCALES[key] === power);
-  return suffix === undefined ? `${value}` : `${+`${value}e${-power}`}${suffix}${letters}`;
+  const [digits, exponent = 0] = `${value}`.split("e"); // 2e-8 as it is written
+  return suffix === undefined ? `${value}` : `${+`${digits}e${exponent - power}`}${suffix}${letters}`;
 }
 
 function nice(rough) {

@@ -7,8 +7,6 @@
   const status = made("span", { id: "live", role: "status" }), bar = made("div", { id: "share" });
   const said = made("section", { id: "said", hidden: true }), knobs = made("section", { id: "knobs", hidden: true });
   knobs.setAttribute("aria-label", "parameters");
-  // no browser is to ask for an icon
-  document.head.append(made("link", { rel: "icon", href: "data:," }));
   $("facts").after(status);
   document.querySelector("header").after(bar, said);
   document.querySelector("main").before(knobs);

@@ -18,13 +18,13 @@ const SHARE: f64 = 0.5;
 impl System {
     /// Unknowns by the pace of what drives them, slowest first, where a run gains from giving each pace steps of its own: parts that
     /// nothing ties to each other, and sources in them that move at least `FASTER` times as often as those in others. None where
-    /// there is nothing to gain, or where more than circuits is at work.
+    /// there is nothing to gain, where more than circuits is at work, and in browsers, which have no threads for them.
     pub fn paces(&self, g: &Graph, tstop: f64) -> Option<Vec<Vec<usize>>> {
         let integral = |k: usize| self.unknowns[k].unit.is_empty() && self.unknowns[k].kind == Kind::Coordinate;
         let machine = (0..self.n).any(|k| self.unknowns[k].kind.mechanical() && !integral(k));
         let events = !self.logic.is_empty() || !self.clocked.is_empty();
         let more = machine || self.has_laws() || events || !self.delays.list.is_empty();
-        if more || !self.responses.is_empty() {
+        if more || !self.responses.is_empty() || cfg!(target_family = "wasm") {
             return None;
         }
         let often: Vec<f64> = self.waves.iter().map(|wave| moves(wave, tstop)).collect();

@@ -148,7 +148,14 @@ impl Module<'_> {
     }
 }
 
+/// Where no threads are there is the room that there is.
+#[cfg(target_family = "wasm")]
+fn deep<T>(work: impl FnOnce() -> T) -> T {
+    work()
+}
+
 /// Trees are read by what calls itself: where there is room for that. The token of interrupts is asked for meanwhile.
+#[cfg(not(target_family = "wasm"))]
 fn deep<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     std::thread::scope(|scope| {
         let (ends, ended) = std::sync::mpsc::channel::<()>();
