@@ -216,8 +216,8 @@ impl Mask {
 #[target_feature(enable = "avx2,fma")]
 #[inline]
 pub unsafe fn exp(x: V) -> V {
+    // ln 2 in two parts, the first ending in zeros, so that a whole number of it is exact; and 1/2!, 1/3!, ... 1/13!
     const LN2: [f64; 2] = [f64::from_bits(0x3fe6_2e42_fee0_0000), f64::from_bits(0x3dea_39ef_3579_3c76)];
-    // 1/2!, 1/3!, ... 1/13!
     const C: [f64; 12] = {
         let (mut c, mut factorial, mut k) = ([0.0; 12], 1.0, 0);
         while k < 12 {

@@ -18,7 +18,7 @@ use crate::graph::{Graph, Id};
 use crate::system::{System, Work};
 use crate::tape::{Inputs, Tape};
 
-const NODES: [f64; 3] = [0.112_701_665_379_258_31, 0.5, 0.887_298_334_620_741_7];
+const NODES: [f64; 3] = [0.112_701_665_379_258_31, 0.5, 0.887_298_334_620_741_7]; // Gauss' rule of order 6: 1/2 -+ sqrt(15)/10
 /// Steps between looks at the energies.
 const LOOK: u32 = 8;
 const WEIGHTS: [f64; 3] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];

@@ -173,8 +173,8 @@ impl Record {
 fn prefer_huge_pages(data: &Vec<f64>) {
     #[cfg(target_os = "linux")]
     {
-        const PAGE: usize = 1 << 12;
-        const HUGE: usize = 1 << 21;
+        const PAGE: usize = 1 << 12; // 4 KiB
+        const HUGE: usize = 1 << 21; // 2 MiB, as on x86-64; elsewhere the hint is refused, no more
         let bytes = data.capacity() * std::mem::size_of::<f64>();
         if bytes >= 2 * HUGE {
             // whole pages, so that a mapping of its own stays in one piece and can be moved when it grows

@@ -46,9 +46,9 @@ const ONE_TIME: f64 = 1e-2;
 /// Values behind a jump are those after this part of the next step.
 const BEHIND: f64 = 1e-6;
 
-const STAGES: usize = 3;
-const ROOT: f64 = 2.449_489_742_783_178;
-const NODES: [f64; STAGES] = [(4.0 - ROOT) / 10.0, (4.0 + ROOT) / 10.0, 1.0];
+const STAGES: usize = 3; // of Radau IIA of order 5
+const ROOT: f64 = 2.449_489_742_783_178; // sqrt 6
+const NODES: [f64; STAGES] = [(4.0 - ROOT) / 10.0, (4.0 + ROOT) / 10.0, 1.0]; // Hairer and Wanner II, table IV.5.6
 const A: [[f64; STAGES]; STAGES] = [
     [(88.0 - 7.0 * ROOT) / 360.0, (296.0 - 169.0 * ROOT) / 1800.0, (-2.0 + 3.0 * ROOT) / 225.0],
     [(296.0 + 169.0 * ROOT) / 1800.0, (88.0 + 7.0 * ROOT) / 360.0, (-2.0 - 3.0 * ROOT) / 225.0],

@@ -31,7 +31,7 @@ struct Later {
 }
 
 impl Later {
-    const PAYS: u32 = 7500;
+    const PAYS: u32 = 7500; // runs that machine code is worth (see above)
 
     #[inline]
     fn native(&self, runs: u32, make: impl FnOnce() -> Option<Native>) -> Option<&Native> {

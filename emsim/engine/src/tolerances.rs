@@ -154,7 +154,7 @@ impl Absolute {
     /// The tolerance at `reltol`. SPICE's defaults belong to reltol 1e-3: asking for more asks for more everywhere, in
     /// machines down to where lengths and angles of ordinary size have their rounding.
     pub fn of(&self, quantity: Quantity, reltol: f64) -> f64 {
-        const GRAVITY: f64 = 9.81;
+        const GRAVITY: f64 = 9.81; // [m/s^2]: makes a speed and a force of a length and a mass
         let given = self.given[quantity as usize];
         if given.is_finite() {
             return given;

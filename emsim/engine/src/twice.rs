@@ -44,7 +44,7 @@ pub const fn whole(n: usize) -> usize {
 pub trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
-    const COUNT: usize;
+    const COUNT: usize; // numbers side by side
 
     fn all(v: f64) -> Self;
     fn abs(self) -> Self;
@@ -149,7 +149,7 @@ pub fn side_by_side<'a, L: Lanes + 'a, const M: usize>(
 
 #[cfg(target_arch = "x86_64")]
 impl Lanes for crate::lanes::V {
-    const COUNT: usize = LANES;
+    const COUNT: usize = LANES; // a register
 
     #[inline(always)]
     fn all(v: f64) -> Self {
@@ -206,7 +206,7 @@ impl Lanes for crate::lanes::V {
 }
 
 impl Lanes for Plain {
-    const COUNT: usize = LANES;
+    const COUNT: usize = LANES; // as many as a register
 
     fn all(v: f64) -> Plain {
         Plain([v; LANES])
@@ -249,7 +249,7 @@ impl Lanes for Plain {
 }
 
 impl Lanes for One {
-    const COUNT: usize = 1;
+    const COUNT: usize = 1; // one
 
     #[inline(always)]
     fn all(v: f64) -> One {

@@ -81,9 +81,9 @@ pub const INSTANCE: &[Parameter] = &[
     p(&["dtemp"], "K", 0.0, "temperature above that of the circuit"),
 ];
 
-const CHARGE: f64 = 1.602_176_620_8e-19;
-const BOLTZMANN: f64 = 1.380_648_52e-23;
-const ZERO_CELSIUS: f64 = 273.15;
+const CHARGE: f64 = 1.602_176_620_8e-19; // of the electron [C], CODATA 2014 as in ngspice
+const BOLTZMANN: f64 = 1.380_648_52e-23; // [J/K], the same
+const ZERO_CELSIUS: f64 = 273.15; // [K]
 /// Temperature to which ngspice's laws of the band gap refer [K].
 const REFERENCE: f64 = 300.15;
 /// Current from which exponentials are continued by straight lines [A].

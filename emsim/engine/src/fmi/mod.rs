@@ -43,10 +43,10 @@ use std::ffi::{c_char, c_void, CStr, CString};
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
 
-const OK: i32 = 0;
-const WARNING: i32 = 1;
-const ERROR: i32 = 3;
-const FATAL: i32 = 4;
+const OK: i32 = 0; // fmi2Status (FMI 2.0, section 2.1.3)
+const WARNING: i32 = 1; // the same
+const ERROR: i32 = 3; // the same; 2 is fmi2Discard
+const FATAL: i32 = 4; // the same
 
 /// In the folder `resources` of an FMU.
 const MODEL: &str = "model.emsim";

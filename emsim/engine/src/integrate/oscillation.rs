@@ -219,7 +219,7 @@ by_lanes! {
 /// 1 where a block from k on has what no block had before, 0 where the last one reaches back.
 #[inline(always)]
 fn fresh<L: Lanes>(k: usize, n: usize) -> L {
-    const MASK: [f64; 2 * LANES] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    const MASK: [f64; 2 * LANES] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]; // read from `again` places before the middle on
     let again = if k + L::COUNT == n { n.next_multiple_of(L::COUNT) - n } else { 0 };
     L::at(&MASK, LANES - again)
 }

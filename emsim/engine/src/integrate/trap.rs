@@ -13,7 +13,7 @@ use crate::newton::{Newton, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
 
-const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2; // of the L-stable SDIRK of order 2 (Alexander 1977)
 
 /// Errors that are damped at once (a junction behind a milliohm) do not deserve small steps: an estimate above
 /// `FILTER_FROM` is filtered by (G + a C)^-1 a C. The rule itself does not damp, so that a share `RINGING` of the plain

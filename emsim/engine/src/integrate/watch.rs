@@ -30,7 +30,7 @@ use crate::newton::{Failure, Options, Tolerances};
 use crate::stopwatch::Stopwatch;
 use crate::system::{System, Work};
 
-const BURST: usize = 96;
+const BURST: usize = 96; // samples of a burst: at eight a period, a dozen periods
 /// A burst that is cut short is looked at from so many samples on.
 const LEAST: usize = 24;
 /// Steps from sample to sample, in turn; the longest serve modes of some hundred steps a period.
@@ -262,7 +262,7 @@ impl Watch {
 
     /// Second differences that change sign at every step, `RUN` times and more, and do not shrink.
     fn rings(&mut self, k: usize) {
-        const RUN: usize = 8;
+        const RUN: usize = 8; // by chance so many changes of sign are one in 2^8
         let x = &self.samples[k * BURST..k * BURST + self.m];
         let (mut run, mut before, mut size) = (0, 0.0, 0.0_f64);
         for j in 1..self.m - 1 {

@@ -14,7 +14,7 @@ use std::collections::hash_map::RandomState;
 use std::collections::HashMap;
 use std::hash::{BuildHasher, Hasher};
 
-const MAX_NESTING: usize = 100;
+const MAX_NESTING: usize = 100; // brackets in brackets, as `MAX_NESTING` of mistakes.py, which says so to the user
 
 /// Counts characters up to places that come in order.
 struct Characters {

@@ -2,7 +2,7 @@
 use super::{Point, Reduced};
 use crate::waves::Wave;
 
-const ITERATIONS: usize = 6;
+const ITERATIONS: usize = 6; // each takes from the other eigenvalues by their ratio to the largest: of one half as large 1/64 is left
 
 impl Reduced {
     /// Size of the fastest eigenvalue at the y of the point, by power iterations, and whether it is a damped mode's; None where the

@@ -36,7 +36,7 @@ use dense::{backward_symmetric, factor_general, factor_symmetric, forward_symmet
 use std::sync::Arc;
 use whole::{Slots, Whole};
 
-const MOST_ITERATIONS: usize = 50;
+const MOST_ITERATIONS: usize = 50; // of Newton's method from a point near by, which takes three or four: more are one that goes nowhere
 /// Newton's method converges quadratically: an update so small leaves its square.
 const NEWTON: f64 = 1e-7;
 /// Of a step that limiting cuts at least so much is taken: a device whose limited voltage is the old one must not stop the others.

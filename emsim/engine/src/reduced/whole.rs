@@ -21,8 +21,8 @@ pub struct Whole {
     arrival: Option<Arrival>, // none where something that only shows is solved for otherwise
 }
 
-const SEQUENCES: usize = 4;
-const LONG: usize = 64;
+const SEQUENCES: usize = 4; // two methods, each with a step and its inside
+const LONG: usize = 64; // states of a program that is written out; sums over more are loops whose cost is their arithmetic
 
 struct Arrival {
     tape: Tape,

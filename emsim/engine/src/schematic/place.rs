@@ -5,12 +5,12 @@ use super::{Diagram, Drawing, Point, Random, Variant, Wish};
 use crate::interrupt;
 use std::cell::RefCell;
 
-const OVERLAP: i64 = 60;
+const OVERLAP: i64 = 60; // two parts on each other
 const CELL: i64 = 12; // of what overlaps
-const BEND: i64 = 4;
+const BEND: i64 = 4; // of a wire
 const AWAY: i64 = 9; // a pin looks away from where its wire goes
 const HIT: i64 = 22; // a wire through a part
-const CROSSING: i64 = 13;
+const CROSSING: i64 = 13; // of two wires
 const SHARED: i64 = 26; // a wire along another
 
 const NEAR: [Point; 16] = [

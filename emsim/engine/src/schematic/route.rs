@@ -7,12 +7,12 @@ use crate::interrupt;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-const STEP: i32 = 2;
-const BEND: i32 = 7;
-const CROSSING: i32 = 24;
+const STEP: i32 = 2; // costs are in half units of wire: a unit
+const BEND: i32 = 7; // as long as three and a half units
+const CROSSING: i32 = 24; // as long as twelve units
 const BESIDE: i32 = 1; // next to another wire or to a part
-const MARGIN: i32 = 5;
-const NONE: u16 = u16::MAX;
+const MARGIN: i32 = 5; // free units around the parts
+const NONE: u16 = u16::MAX; // no net
 const DIRECTIONS: [Point; 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 
 pub struct Routed {

@@ -16,8 +16,8 @@ pub trait Scalar:
     + SubAssign
     + MulAssign
 {
-    const ZERO: Self;
-    const ONE: Self;
+    const ZERO: Self; // neutral in sums
+    const ONE: Self; // neutral in products
     /// A magnitude, cheap rather than exact: |re| + |im|. Pivoting needs no more.
     fn magnitude(self) -> f64;
     fn recip(self) -> Self;
@@ -33,7 +33,7 @@ pub trait Scalar:
 
 /// A number that a program computes with, of one real number or of several. Operations and their order are the number's own.
 pub trait Term: Copy {
-    const PARTS: usize;
+    const PARTS: usize; // values that make it up
     /// Of its parts.
     fn of(part: impl FnMut(usize) -> Value) -> Self;
     fn parts(&self) -> &[Value];
@@ -43,8 +43,8 @@ pub trait Term: Copy {
 }
 
 impl Scalar for f64 {
-    const ZERO: f64 = 0.0;
-    const ONE: f64 = 1.0;
+    const ZERO: f64 = 0.0; // neutral in sums
+    const ONE: f64 = 1.0; // neutral in products
     #[inline(always)]
     fn magnitude(self) -> f64 {
         self.abs()
@@ -70,7 +70,7 @@ impl Scalar for f64 {
 }
 
 impl Term for Value {
-    const PARTS: usize = 1;
+    const PARTS: usize = 1; // a real number
     fn of(mut part: impl FnMut(usize) -> Value) -> Value {
         part(0)
     }
@@ -89,7 +89,7 @@ impl Term for Value {
 }
 
 impl Term for [Value; 2] {
-    const PARTS: usize = 2;
+    const PARTS: usize = 2; // real and imaginary part
     fn of(part: impl FnMut(usize) -> Value) -> [Value; 2] {
         [0, 1].map(part)
     }
@@ -173,8 +173,8 @@ impl From<f64> for Complex {
 }
 
 impl Scalar for Complex {
-    const ZERO: Complex = Complex::new(0.0, 0.0);
-    const ONE: Complex = Complex::new(1.0, 0.0);
+    const ZERO: Complex = Complex::new(0.0, 0.0); // neutral in sums
+    const ONE: Complex = Complex::new(1.0, 0.0); // neutral in products
     #[inline(always)]
     fn magnitude(self) -> f64 {
         self.re.abs() + self.im.abs()

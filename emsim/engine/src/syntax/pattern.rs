@@ -96,9 +96,9 @@ struct Frame {
 #[derive(Default)]
 pub struct Stack(Vec<Frame>);
 
-const STEPS: usize = 200_000;
-const STEPS_PER_BYTE: usize = 64;
-const MOST_COPIES: u32 = 32;
+const STEPS: usize = 200_000; // of the search, after which Python is asked
+const STEPS_PER_BYTE: usize = 64; // and so many more
+const MOST_COPIES: u32 = 32; // that a counted repetition is written as
 
 impl Pattern {
     /// From the notation; None if it is malformed.

@@ -8,7 +8,7 @@ use crate::graph::Fun;
 /// More blocks than so many no longer fit into the processor's nearer caches.
 pub const WIDEST: usize = 8;
 
-const LANES: usize = 4;
+const LANES: usize = 4; // numbers of a block: a register of AVX2
 type Block = [f64; LANES];
 
 impl Tape {

@@ -219,10 +219,10 @@ mod x86 {
         Stack,
     }
 
-    pub const VALUES: usize = 14;
-    pub const MASK: u8 = 14;
-    pub const ZERO: u8 = 15;
-    pub const NEVER: u32 = u32::MAX;
+    pub const VALUES: usize = 14; // registers that hold values, xmm0 to xmm13
+    pub const MASK: u8 = 14; // xmm14
+    pub const ZERO: u8 = 15; // xmm15
+    pub const NEVER: u32 = u32::MAX; // no instruction
 
     #[derive(Clone, Copy)]
     pub enum Place {

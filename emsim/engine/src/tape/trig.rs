@@ -27,7 +27,7 @@ pub fn vectors() -> bool {
     false
 }
 
-const LARGEST: f64 = 8e5;
+const LARGEST: f64 = 8e5; // so k = x 2/pi is below 2^19, and k P1, P1 having 33 bits, has no rounding
 
 /// What the operations read, four times each.
 #[repr(align(32))]
@@ -35,6 +35,7 @@ pub struct Table(pub [[f64; 4]; row::SIZE]);
 
 /// Rows of the table.
 pub mod row {
+    // in the order of `TABLE`
     pub const MAGNITUDE: usize = 0;
     pub const SIGN: usize = 1;
     pub const UNIT: usize = 2; // the integer 1

@@ -9,8 +9,8 @@ use super::{combine, local, Explicit, Tolerances};
 use crate::reduced::{Point, Reduced, Trouble};
 use crate::system::{System, Work};
 
-const CHANGE: f64 = 0.01;
-const AT_MOST: f64 = 100.0;
+const CHANGE: f64 = 0.01; // h^p times the larger of d1 and d2 (ibid., step e)
+const AT_MOST: f64 = 100.0; // of the little step (ibid., step f)
 /// What a slope that changes over a jump may move an unknown by, in parts of itself: the step is a billionth of what lies ahead.
 const HELD: f64 = 1e-8;
 

@@ -33,9 +33,9 @@ pub struct Tableau {
 /// of the step and the times of the stages.
 impl Tableau {
     pub const LAST: usize = 1; // rows after that of y0
-    pub const Y1: usize = 2;
-    pub const FINE: usize = 3;
-    pub const COARSE: usize = 4;
+    pub const Y1: usize = 2; // the new point
+    pub const FINE: usize = 3; // the error estimate
+    pub const COARSE: usize = 4; // the second one
     /// Coefficients of dense output from here on.
     pub const DENSE: usize = 1;
 

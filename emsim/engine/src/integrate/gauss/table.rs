@@ -14,8 +14,8 @@ pub struct Table {
     pub beta: f64,
 }
 
-const S3: f64 = 1.732_050_807_568_877_2;
-const S15: f64 = 3.872_983_346_207_417;
+const S3: f64 = 1.732_050_807_568_877_2; // sqrt 3
+const S15: f64 = 3.872_983_346_207_417; // sqrt 15
 
 pub const TWO: Table = Table {
     s: 2,

@@ -32,9 +32,8 @@ use crate::sparse::Complex;
 use crate::system::{Stage, System, Work};
 use crate::twice::{by_lanes, whole, Lanes};
 
-const MOST: usize = 6;
-/// Past points that are kept.
-const POINTS: usize = MOST + 2;
+const MOST: usize = 6; // the highest order that is zero-stable (Cryer 1972; Hairer, Norsett and Wanner I, theorem III.3.4)
+const POINTS: usize = MOST + 2; // past points that are kept
 /// ... without being asked for more: order 6 is stable to 18 degrees only.
 const HIGHEST: usize = 5;
 /// The local tolerance against the asked one, where trtol does not say: keeps the global error near what was asked.

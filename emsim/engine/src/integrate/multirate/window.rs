@@ -8,8 +8,8 @@ use super::super::rows::Sink;
 use crate::ledger::Inside;
 use crate::system::{Guests, Polynomial, System, Work, DEGREE};
 
-const MOMENTS: usize = 3;
-const NODES: usize = 3;
+const MOMENTS: usize = 3; // coefficients of a parabola
+const NODES: usize = 3; // of Gauss' rule of order 6, which integrates its square exactly
 /// Gauss' nodes and weights on [0, 1], and integrals up to the nodes.
 const NODE: [f64; NODES] = [0.112_701_665_379_258_31, 0.5, 0.887_298_334_620_741_7];
 const WEIGHT: [f64; NODES] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];

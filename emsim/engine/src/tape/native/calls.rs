@@ -58,8 +58,8 @@ extern "sysv64" fn apply_to_four(at: *mut [f64; 4], f: *const Fun) {
     at.iter_mut().for_each(|a| *a = f.apply(*a));
 }
 
-const RDI: u8 = 7;
-const RSI: u8 = 6;
+const RDI: u8 = 7; // number of the register of the first argument (System V ABI)
+const RSI: u8 = 6; // of the second
 
 impl Writer<'_> {
     /// Instruction k as a call on four numbers, which lie in the workspace meanwhile.

@@ -82,8 +82,8 @@ fn shared(code: &[u8]) -> Option<Code> {
         process: u32,
     }
     static CURRENT: std::sync::Mutex<Option<Current>> = std::sync::Mutex::new(None);
-    const LENGTH: usize = 1 << 18;
-    const LINE: usize = 64;
+    const LENGTH: usize = 1 << 18; // bytes that are asked for at once
+    const LINE: usize = 64; // of the cache, where a program begins
 
     let mut current = CURRENT.lock().ok()?;
     let process = std::process::id();

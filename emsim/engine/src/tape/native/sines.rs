@@ -207,9 +207,9 @@ impl Writer<'_> {
     }
 }
 
-const MOVE: u8 = 0x28;
-const FMADD_213: u8 = 0xa8;
-const FMADD_231: u8 = 0xb8;
-const FMSUB_132: u8 = 0x9a;
-const FMSUB_213: u8 = 0xaa;
-const FNMADD_231: u8 = 0xbc;
+const MOVE: u8 = 0x28; // opcode of VMOVAPS and VMOVAPD (Intel's manual, volume 2)
+const FMADD_213: u8 = 0xa8; // b a + c
+const FMADD_231: u8 = 0xb8; // b c + a
+const FMSUB_132: u8 = 0x9a; // a c - b
+const FMSUB_213: u8 = 0xaa; // b a - c
+const FNMADD_231: u8 = 0xbc; // a - b c
