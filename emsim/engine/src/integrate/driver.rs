@@ -721,7 +721,7 @@ impl<'a, S: Sink> Run<'a, S> {
         }
         self.w.counters.events += 1;
         self.turn_laws(step);
-        if let Some(k) = self.detector.flipped(sys, te, self.a.tstop) {
+        if let Some(k) = self.detector.flipped(sys, self.w, te, self.a.tstop) {
             if !self.outcome.resting.contains(&k) {
                 self.outcome.resting.push(k);
             }
