@@ -14,6 +14,8 @@ import pytest
 from conditional_networks import GRID, ROWS, SPAN, network
 from support import needs_ngspice, run
 
+import emsim
+
 METHODS = ["auto", "trap", "gear", "radau", "trbdf2", "esdirk", "dop853"]
 
 
@@ -208,6 +210,21 @@ def test_what_slides_along_its_threshold_is_followed_and_said():
         r = run(text, f"method={method}")
         assert float(r.at("v(y)", 1.9e-3)) == pytest.approx(0.5, abs=0.01), method
         assert [d.code for d in r.diagnostics] == ["W405"], method
+
+
+def test_a_limit_holds_that_turns_again_and_again():
+    """An amplifier with positive feedback between 0 and its rising supply swings a dozen times a microsecond. Its limits were held
+    as they stood for 4 us of a run of 40 ms, which took v(o) to 2.7e97 V behind min(.., 0.3 mV), and E412."""
+    session = emsim.Session(
+        "limits\nVdd vdd 0 PULSE(0 3 0 20m 0 1 2)\nE1 o 0 VALUE={max(min(2000*(v(p)-v(m)),v(vdd)),0)}\nRo o g 1k\n"
+        "Co g 0 100p\nR1 g m 100k\nR2 g p 100k\nQ1 0 0 m qp 1\nR3 p x 10k\nQ2 0 0 x qp 8\nRs vdd g 5meg\n"
+        ".model qp PNP(is=1e-16 bf=50 cje=1p cjc=1p)\n.tran 0.1u 40m\n.end\n",
+        outputs=["v(o)", "v(vdd)"],
+    )
+    for k in range(1, 201):
+        session.run(k * 1e-7)
+        assert -1e-5 < session["v(o)"] <= session["v(vdd)"] + 1e-5
+    assert session.time == pytest.approx(2e-5)
 
 
 def test_thirty_gates_in_a_row_settle_at_one_time():

@@ -30,12 +30,11 @@ BEHIND = 6  # rows behind every corner
 BESIDE = 1e-11  # [us]: nearer to a corner is on it
 # an inductor loop's current, and a node between two tanks, of dozens of swings
 SWINGS = {(9, "gear", 1e-6): 16.0, (18, "gear", 1e-6): 11.0}
-# Not mended yet: what dense output makes of two corners within 4e-15 s, and rounding in steps of 1e-12 s (6 of some 1 900
-# runs; rows further on are right). Nothing else may be.
+# Not mended yet: gear stays at order one behind a corner, in steps of 1e-12 s (3 of some 1 900 runs; rows further on are right).
+# Nothing else may be.
 OPEN = {
     "network": {
         (71, "gear", 1e-6),
-        (95, "auto", 1e-6), (95, "radau", 1e-6), (95, "esdirk", 1e-6),
     },
     "capacitor_loops": {(4, "gear", 1e-6), (47, "gear", 1e-6)},
 }  # fmt: skip
@@ -129,6 +128,15 @@ def test_what_the_slope_of_a_pulse_or_a_line_drives(seed):
     ]
     wrong = too_far(net, asked)
     assert not wrong, "\n".join([*wrong, net.deck()])
+
+
+@pytest.mark.parametrize("method", ["auto", "esdirk"])
+@pytest.mark.parametrize(
+    "net, reltol", [(driven(59), 1e-9), (network(95), 1e-6)], ids=["driven 59", "network 95"]
+)
+def test_a_voltage_that_follows_from_microamperes_beside_milliamperes(net: Network, reltol: float, method: str):
+    """Its 1e-12 A times 68 kohm was 155 tolerances of v(4), which no error norm held; 38 of network 95."""
+    assert not too_far(net, [(method, reltol)])
 
 
 @pytest.mark.parametrize("make, seeds", [(network, SEEDS), (capacitor_loops, LOOPS)])

@@ -330,6 +330,7 @@ def test_noise_in_place_of_a_second_derivative_is_told(lines, what, method):
         "R1 a b 1k\nC1 b 0 1u\nB1 c 0 V={ddt(ddt(v(b)))}\nR2 c 0 1k",  # of a state
         "V2 d 0 3\nB1 b 0 V={ddt(ddt(v(d)))}\nR1 b 0 1k",  # of what never changes
         "C1 a 0 1u\nL1 a b 1m\nC2 b 0 1u",
+        "R1 a 0 1k\nF1 0 b V1 1\nL1 b 0 1m",  # a coil that carries what a source drives
     ],
 )
 def test_first_derivatives_and_states_are_no_noise(lines):

@@ -19,6 +19,9 @@
 //!    consistent set end the run (E418); one that is not what its condition says at a row is told (W404).
 //! 7. Logic of flags alone (`!`, `&&`, `==` of comparisons, their sums) is no flag: it is computed from them, exactly.
 //!
+//! 8. A kink that turns again and again has no events for a while: it is a function then, which every iteration evaluates at its
+//!    point (`Work::free`), so that nothing is integrated along a branch that no longer holds.
+//!
 //! `System::eval_roots` gives of each flag a number that is positive where the flag asks to turn, and continuous. Times that sources
 //! alone decide are computed, not searched: edges.rs follows the same rules. Modes of laws (friction, rigid stops) are flags whose roots are searched
 //! like the others'; where one asks, modes.rs decides all of them together.
@@ -136,7 +139,10 @@ impl Check {
         let mut roots = std::mem::take(&mut self.roots);
         roots.resize(sys.flags.len(), 0.0);
         sys.eval_all_roots(w, x, t, &mut roots);
-        for (k, &root) in roots.iter().enumerate().filter(|&(k, _)| !sys.flags[k].law.of_modes()) {
+        for (k, &root) in roots.iter().enumerate() {
+            if sys.flags[k].law.of_modes() || w.free.contains(&k) {
+                continue;
+            }
             let known = INSIDE * (self.reltol * sys.flag_size_at(w, x, t, k)).max(sys.flag_unknown(w, k));
             if root > 0.0 && root > known {
                 tell(&mut self.broken, k, t);
@@ -170,6 +176,9 @@ const LOOKS: f64 = 4096.0;
 /// Slopes inside a step are those over this part of it.
 const NEARBY: f64 = 1e-5;
 const REST: f64 = 1e-4;
+/// ... of kinks in so much shorter a time: both sides agree, so nothing slides along one. What turns that often there is rounding, what
+/// turns less often swings.
+const KINKS: f64 = 1e-3;
 
 impl Detector {
     pub fn new(sys: &System) -> Detector {
@@ -197,6 +206,8 @@ impl Detector {
 
     pub fn accept(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64, check: &mut Check) {
         check.half_way(sys, w, t);
+        sys.turn_free(w, x, t);
+        w.free.retain(|&k| t < self.quiet_until[k]);
         sys.observe_flags(w, x, t);
         self.now.copy_from_slice(&self.before);
         sys.eval_all_roots(w, x, t, &mut self.before);
@@ -426,16 +437,21 @@ impl Detector {
     }
 
     /// Book-keeping after the flags have been flipped at t: a flag that flips again and again in no time rests a while.
-    /// Returns a flag that has just been put to rest.
-    pub fn flipped(&mut self, sys: &System, t: f64, span: f64) -> Option<usize> {
+    /// Returns a flag that has just been put to rest; kinks are free for as long.
+    pub fn flipped(&mut self, sys: &System, w: &mut Work, t: f64, span: f64) -> Option<usize> {
         let mut resting = None;
         for &k in self.fired.iter().filter(|&&k| !sys.flags[k].law.of_modes()) {
             let (begin, count) = self.recent[k];
-            self.recent[k] = if t - begin < SHORT * span { (begin, count + 1) } else { (t, 1) };
+            let kink = sys.flags[k].is_kink();
+            let part = if kink { KINKS } else { 1.0 } * span;
+            self.recent[k] = if t - begin < SHORT * part { (begin, count + 1) } else { (t, 1) };
             if self.recent[k].1 >= MANY {
-                self.quiet_until[k] = t + REST * span;
+                self.quiet_until[k] = t + REST * part;
                 self.recent[k] = (f64::NEG_INFINITY, 0);
-                resting = Some(k);
+                match kink {
+                    true => w.free.push(k),
+                    false => resting = Some(k),
+                }
             }
         }
         resting

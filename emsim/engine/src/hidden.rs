@@ -95,7 +95,7 @@ pub struct Relation {
 pub fn lowered(model: &Model, g: &mut Graph) -> Option<(Model, Vec<Relation>)> {
     let mut made: Option<(Model, Vec<Relation>)> = None;
     loop {
-        let rows = Rows::new(made.as_ref().map_or(model, |m| &m.0), g);
+        let rows = Rows::new(made.as_ref().map_or(model, |m| &m.0), g, Bends::Once);
         let found = rows.relations();
         if found.is_empty() {
             return made;
@@ -107,6 +107,30 @@ pub fn lowered(model: &Model, g: &mut Graph) -> Option<(Model, Vec<Relation>)> {
         }
         relations.extend(found);
     }
+}
+
+/// Of a model with its hidden constraints put in: what follows from the slope of a slope. That is a constraint between states that reads
+/// slopes: where a source bends it asks for an impulse, which no row shows. The branch of the coil or of the capacitor's loop.
+pub fn twice_bent(made: &Model, g: &Graph) -> Option<usize> {
+    let rows = Rows::new(made, g, Bends::Twice);
+    let bends = |relation: &Relation| {
+        let mut sum = Terms::new();
+        for &(j, m) in &relation.slopes {
+            let slopes = rows.sources[j].iter().filter(|(k, _)| made.slopes.iter().any(|s| s.1 == *k));
+            add(&mut sum, m, slopes.map(|&(k, b)| (k, Term::new(b))));
+        }
+        !sum.is_empty()
+    };
+    let found = rows.relations().into_iter().filter(|r| r.slopes.iter().all(|s| s.0 < rows.g.len())).find(bends)?;
+    let carries = rows.g[found.row].keys().find(|&&k| rows.coil[k] && !rows.stores[k]);
+    Some(carries.filter(|_| !rows.coil[found.row]).copied().unwrap_or(found.row))
+}
+
+/// Which sources constraints may read: those that have a slope, or slopes too.
+#[derive(Clone, Copy, PartialEq)]
+enum Bends {
+    Once,
+    Twice,
 }
 
 /// The rows of a model, as far as they are linear.
@@ -124,7 +148,7 @@ struct Rows {
 }
 
 impl Rows {
-    fn new(model: &Model, graph: &Graph) -> Rows {
+    fn new(model: &Model, graph: &Graph, bends: Bends) -> Rows {
         let n = model.unknowns.len();
         let by_row = |entries: &[(usize, usize, f64)]| {
             let mut rows = vec![BTreeMap::new(); n];
@@ -170,7 +194,10 @@ impl Rows {
         }
         for r in 0..n {
             sources[r].retain(|&(k, v)| v != 0.0 && !model.waves[k].still());
-            plain[r] &= sources[r].iter().all(|&(k, _)| model.waves[k].slope().is_some());
+            let known = |k: usize| {
+                model.waves[k].slope().is_some() || bends == Bends::Twice && model.slopes.iter().any(|s| s.1 == k)
+            };
+            plain[r] &= sources[r].iter().all(|&(k, _)| known(k));
         }
         let constraint = (0..n).map(|r| plain[r] && c[r].is_empty()).collect();
         let entries: usize = g.iter().chain(&c).map(BTreeMap::len).sum();

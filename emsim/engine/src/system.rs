@@ -120,6 +120,8 @@ pub struct System {
     pub turning: Vec<Phase>,     // the same in what flags hang on
     symbolic: OnceLock<Result<Symbolic, Singular>>,
     second: OnceLock<Option<usize>>,
+    /// follows from the slope of a source's slope, which jumps where the source bends
+    pub twice_bent: Option<usize>,
     together: OnceLock<Option<Together>>,
     /// patterns of the operating point: with a machine that moves to where it rests, and with one that is held (op.rs)
     pub rest_patterns: [OnceLock<Result<(Pattern, Symbolic), Singular>>; 2],
@@ -142,6 +144,8 @@ pub struct System {
 pub struct Work {
     pub waves: Vec<f64>,
     pub flags: Vec<f64>,
+    /// kinks that no event follows for a while: functions of the point that is evaluated, in every iteration
+    pub free: Vec<usize>,
     standing: Standing,
     scale: Scale,
     wave_time: f64,
@@ -325,7 +329,7 @@ impl System {
         let mut pairs = reciprocal(|i| model.unknowns[i].kind == Kind::Node, [&g_sum, &c_sum]);
         let (islands, floating) = model.sum_islands(g);
         islands.iter().for_each(|layer| sum_pairs(&mut pairs, &g_sum, layer));
-        let prepared = Prepared { model, islands, floating, pairs, passive };
+        let prepared = Prepared { model, islands, floating, pairs, passive, twice_bent: None };
         let lowered = prepared.lowered(g);
         let mut system = System::finish(prepared, g)?;
         system.lowered = lowered;
@@ -334,7 +338,7 @@ impl System {
 
     /// The model's rows are final.
     fn finish(prepared: Prepared, g: &mut Graph) -> Result<System, String> {
-        let Prepared { model, islands, floating, pairs, passive } = prepared;
+        let Prepared { model, islands, floating, pairs, passive, twice_bent } = prepared;
         let n = model.unknowns.len();
         let [mut g_sum, c_sum] = [&model.g, &model.c].map(|entries| summed(entries));
         let leaves: Vec<Id> = (0..n).map(|i| g.unknown(i as u32)).collect();
@@ -538,6 +542,7 @@ impl System {
             yielding,
             symbolic: OnceLock::new(),
             second: OnceLock::new(),
+            twice_bent,
             together: OnceLock::new(),
             rest_patterns: Default::default(),
             closing: Once::default(),
@@ -620,6 +625,7 @@ impl System {
             gv: self.g_linear.clone(),
             cv: self.c_linear.clone(),
             edges: self.edges.work(self.waves.len()),
+            free: Vec::new(),
             asked: Vec::new(),
             linear: Linear::default(),
             ports: self.devices.start(),
@@ -722,6 +728,7 @@ impl System {
         self.set_time(w, t);
         self.eval_linear(w, x);
         w.counters.evaluations += 1;
+        self.turn_free(w, x, t);
         if !self.values.is_empty() {
             self.values.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.values);
             for (k, &row) in self.f_rows.iter().enumerate() {
@@ -789,6 +796,7 @@ impl System {
     /// or the five functions of one implicit stage below it.
     #[inline(always)]
     fn expand(&self, w: &mut Work, x: &[f64], t: f64, a: f64, limit: bool, near: Option<Near>) -> Met {
+        self.turn_free(w, x, t);
         if !self.jacobian.is_empty() {
             self.jacobian.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.jacobian);
         }

@@ -214,6 +214,8 @@ impl Quantity {
 /// is more. (Not held at all, the switch of a Cuk converter had -35 V for -16 V; to reltol, a grounded secondary at 1e-7 took
 /// 124 501 steps for 787.)
 const COMMON: f64 = 1e-2;
+/// A voltage that follows at once may be off by so many tolerances, 1 / this.
+const FOLLOWS: f64 = 0.1;
 
 /// Weights of every unknown, and which of them count where.
 #[derive(Clone)]
@@ -392,8 +394,14 @@ impl Tolerances {
         let by = |i: usize| a[i] - b[i];
         let weight = |i: usize| most * self.error_weight(i, a[i], b[i]);
         let tied = |&(node, root): &(usize, usize)| of(node) && (by(node) - by(root)).abs() > weight(node);
-        let alone = |i: usize| of(i) && self.share(i).is_some() && by(i).abs() > weight(i);
+        let alone = |i: usize| of(i) && self.in_error[i] && self.share(i).is_some() && by(i).abs() > weight(i);
         (0..a.len()).any(alone) || self.tied.iter().any(tied)
+    }
+
+    /// What follows from states at once counts in the local error norm as well, maybe for less: 1 V behind 1 uA is much where amperes are
+    /// the state, and an estimate that satisfies the algebraic rows has its error.
+    pub fn count(&mut self, follows: impl Iterator<Item = usize>) {
+        follows.for_each(|i| self.alone[i] = FOLLOWS);
     }
 
     /// Does unknown i count by itself in the local error norm, and for how much?

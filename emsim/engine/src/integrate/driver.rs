@@ -27,7 +27,7 @@ use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::Record;
 use crate::system::foreseen::Ahead;
-use crate::system::{System, Work};
+use crate::system::{Kind, System, Work};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Transient {
@@ -306,6 +306,11 @@ impl<'a, S: Sink> Run<'a, S> {
             // (an operating point begins with fresh flags)
             Modes::begin(sys, w, &x, a.from, &tol);
             put_thresholds(sys, w, &x, a.from, &tol);
+        }
+        if sys.linear {
+            let (lags, given) = (undetermined(sys), sys.alone());
+            let at_once = |&i: &usize| !sys.differential[i] && !lags[i] && !given[i];
+            tol.count((0..sys.n).filter(at_once).filter(|&i| sys.unknowns[i].kind == Kind::Node));
         }
         let (dense, shows_silent) = (character.dense_record, record.shows_silent(sys));
         let known = sys.delays.shortest();
@@ -725,7 +730,7 @@ impl<'a, S: Sink> Run<'a, S> {
         }
         self.w.counters.events += 1;
         self.turn_laws(step);
-        if let Some(k) = self.detector.flipped(sys, te, self.a.tstop) {
+        if let Some(k) = self.detector.flipped(sys, self.w, te, self.a.tstop) {
             if !self.outcome.resting.contains(&k) {
                 self.outcome.resting.push(k);
             }

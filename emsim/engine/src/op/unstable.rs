@@ -83,17 +83,15 @@ impl Dc<'_> {
         found.into_iter().max_by(|a, b| a.s.0.total_cmp(&b.s.0))
     }
 
-    /// y = C v and G v.
-    fn products(&self, w: &Work, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let (mut c, mut g) = (vec![0.0; v.len()], vec![0.0; v.len()]);
+    /// c = C v
+    fn stored(&self, w: &Work, v: &[f64], c: &mut [f64]) {
+        c.fill(0.0);
         let pattern = &self.sys.pattern;
         for (col, v) in v.iter().enumerate() {
             for k in pattern.colptr[col]..pattern.colptr[col + 1] {
                 c[pattern.rowidx[k]] += w.cv[k] * v;
-                g[pattern.rowidx[k]] += w.gv[k] * v;
             }
         }
-        (c, g)
     }
 
     /// The mode that is left after steps with this a, if it grows.
@@ -101,11 +99,12 @@ impl Dc<'_> {
         self.factor_pencil(w, a, 0.0)?;
         // all directions, none of them a mode of a symmetric circuit
         let mut v: Vec<f64> = (0..self.sys.n).map(|i| 0.5 + (0.618_033_988_749_895 * (i + 1) as f64).fract()).collect();
-        let mut last: [Vec<f64>; 3] = Default::default();
+        let mut last: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; v.len()]);
+        let mut next = vec![0.0; v.len()];
+        self.stored(w, &v, &mut last[2]);
         let mut grown = 0.0; // over the second half of the steps, ln
         for step in 0..STEPS {
-            let (mut c, g) = self.products(w, &v);
-            let size = c.iter().map(|c| c * c).sum::<f64>().sqrt();
+            let size = last[2].iter().map(|c| c * c).sum::<f64>().sqrt();
             if !(size > 0.0 && size.is_finite()) {
                 return None;
             }
@@ -114,15 +113,15 @@ impl Dc<'_> {
             if (STEPS / 2..STEPS - 3).contains(&step) {
                 grown += size.ln();
             }
-            v.iter_mut().for_each(|v| *v /= scale);
+            next.iter_mut().zip(&last[2]).for_each(|(next, c)| *next = a * c / scale);
+            self.lu.solve(&mut next);
+            // (a C - G) v = 2 a C v - (a C + G) v
             let implicit = step < EULER;
-            for (c, g) in c.iter_mut().zip(&g) {
-                *c = (a * *c - if implicit { 0.0 } else { *g }) / scale;
+            for (v, next) in v.iter_mut().zip(&next) {
+                *v = if implicit { *next } else { 2.0 * next - *v / scale };
             }
-            self.lu.solve(&mut c);
-            v = c;
             last.rotate_left(1);
-            last[2] = self.products(w, &v).0;
+            self.stored(w, &v, &mut last[2]);
         }
         let s = rate(&last, a).filter(|s| grown > 0.0 && (s.0.hypot(s.1) / a).ln().abs() < APART.ln())?;
         let node = |i: &usize| self.sys.unknowns[*i].kind == Kind::Node;

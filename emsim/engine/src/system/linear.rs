@@ -51,7 +51,8 @@ impl System {
         if w.linear.whole.program.is_none() {
             self.ask_for_whole(w);
         }
-        let Some(program) = &mut w.linear.whole.program else {
+        let program = w.linear.whole.program.as_mut().filter(|_| w.free.is_empty());
+        let Some(program) = program else {
             self.recall_waves(w, t, waves);
             self.eval(w, x, t);
             rows[..self.n].copy_from_slice(&w.f);

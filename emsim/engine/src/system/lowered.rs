@@ -2,7 +2,7 @@
 //! charges and fluxes that are given need not fit the constraints, and small signals are theirs.
 use super::{System, Work};
 use crate::graph::Graph;
-use crate::hidden::lowered;
+use crate::hidden::{lowered, twice_bent};
 use crate::islands::Roots;
 use crate::model::Model;
 use crate::sparse::Pairs;
@@ -16,6 +16,7 @@ pub(super) struct Prepared {
     pub floating: Vec<usize>,
     pub pairs: Pairs,
     pub passive: bool,
+    pub twice_bent: Option<usize>,
 }
 
 impl Prepared {
@@ -27,7 +28,8 @@ impl Prepared {
             let replaced: BTreeSet<usize> = relations.iter().map(|r| r.row).collect();
             pairs.retain(|(row, _), _| !replaced.contains(row));
             let (islands, floating) = (self.islands.clone(), self.floating.clone());
-            Box::new(Prepared { model, islands, floating, pairs, passive: false })
+            let twice_bent = twice_bent(&model, g);
+            Box::new(Prepared { model, islands, floating, pairs, passive: false, twice_bent })
         });
         Mutex::new(made)
     }

@@ -12,7 +12,7 @@ impl System {
     /// An unknown that follows from a source's second derivative, row by row: each row in which all is known but one
     /// unknown gives that one, and a row with d/dt gives it from slopes.
     pub fn second_slope(&self) -> Option<usize> {
-        *self.second.get_or_init(|| self.find_second_slope())
+        *self.second.get_or_init(|| self.find_second_slope().or(self.twice_bent))
     }
 
     fn find_second_slope(&self) -> Option<usize> {

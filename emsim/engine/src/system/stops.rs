@@ -94,6 +94,17 @@ impl System {
         }
     }
 
+    /// Free kinks are what they say at x.
+    #[inline]
+    pub fn turn_free(&self, w: &mut Work, x: &[f64], t: f64) {
+        if !w.free.is_empty() {
+            self.eval_operands(w, x, t);
+            for &k in &w.free {
+                w.flags[k] = f64::from(self.roots.output(&w.roots, 2 * k) > 0.0);
+            }
+        }
+    }
+
     fn eval_operands(&self, w: &mut Work, x: &[f64], t: f64) {
         self.set_time(w, t);
         self.roots.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.roots);

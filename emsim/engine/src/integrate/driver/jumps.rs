@@ -8,6 +8,8 @@ use crate::newton::Failure;
 pub(super) const JUMP: f64 = 1e-9;
 /// ... or ten times as much, so often, where that cannot be solved.
 const LONGER: usize = 4;
+/// Steps behind an impulse, at most.
+const BEHIND: usize = 8;
 
 impl<S: Sink> Run<'_, S> {
     /// At a corner or an edge: flags flip, values jump, the next stop is found. True when something jumped. Another one
@@ -72,6 +74,22 @@ impl<S: Sink> Run<'_, S> {
         }
     }
 
+    /// Behind a step of length h over an impulse: the next one holds nothing of it but the rounding of voltages of 1 / h, over the
+    /// resistance between them, the one behind that the rounding of those, and so on until nothing moves.
+    fn pass_impulse(&mut self, h: f64) {
+        for _ in 0..BEHIND {
+            let before = self.x.clone();
+            if !self.settle(self.t, h, false) {
+                break;
+            }
+            self.t += h;
+            let moved: Vec<f64> = self.x.iter().zip(&before).map(|(a, b)| (a - b).abs()).collect();
+            if self.tol.largest_move(&moved, &self.x, &before) <= 1.0 {
+                break;
+            }
+        }
+    }
+
     /// Something has jumped at t, from where the next stop is known: a step of nearly no length gives the values after it, and
     /// their time: the method's own, or an implicit one.
     pub(super) fn jump(&mut self, width: f64, method: &mut dyn Method) {
@@ -99,6 +117,9 @@ impl<S: Sink> Run<'_, S> {
             // where none does, no time has passed
             let h = longer.unwrap_or(least);
             self.t = t + h;
+            if self.sys.twice_bent.is_some() && longer.is_some() {
+                self.pass_impulse(h);
+            }
             self.late = 0.0;
             let before = self.w.flags.clone();
             let settled = !self.sys.settle_flags(self.w, &self.x, self.t, one);
