@@ -164,7 +164,6 @@ def test_parameters_of_macros_have_defaults(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("statement", "said"),
     [
-        ("V(b) <+ transition(V(a) > 0 ? 1 : 0, 1n, 1n);", "transition"),
         ("V(b) <+ slew(V(a), 1);", "slew"),
         ("V(b) <+ absdelay(V(a), V(c));", "a delay hangs on voltages"),
         ("V(b) <+ absdelay(V(a), -1n);", "a delay of"),

@@ -534,7 +534,7 @@ def test_laplace_is_the_transfer_function(form, top, bottom):
 @pytest.mark.parametrize(
     ("body", "word"),
     [
-        ("I(a) <+ transition(V(a) > 1, 0, 1n);", "transition"),
+        ("I(a) <+ transition(V(a), 0, 1n);", "transition"),
         ("I(a) <+ slew(V(a), 1);", "slew"),
         ("@(absdelta(V(a), 1)) x = 1; I(a) <+ x;", "absdelta"),
         ("I(a) <+ zi_nd(V(a), '{1}, '{1}, 1);", "zi_nd"),

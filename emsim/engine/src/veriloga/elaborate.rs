@@ -940,11 +940,7 @@ impl<'a> Elaborator<'a> {
         needed.extend(noise.iter().flat_map(|n| [Some(n.power), n.exponent]).flatten());
         needed.extend(self.bound_step);
         needed.extend(self.modes.iter().map(|mode| mode.of()));
-        // one may be made of those before it
-        for k in 1..self.finals.len() {
-            let (before, rest) = self.finals.split_at_mut(k);
-            rest[0].1 = crate::derive::substitute(&mut self.g, &[rest[0].1], before)[0];
-        }
+        self.resolve_finals();
         let mut needed = crate::derive::substitute(&mut self.g, &needed, &self.finals);
         let unset = |id: Id| self.unset.contains_key(&id);
         if let Some(id) = self.reached(&needed, &unset) {

@@ -635,11 +635,12 @@ impl Elaborator<'_> {
             "laplace_nd" | "laplace_np" | "laplace_zd" | "laplace_zp" => self.laplace(name, arguments, at)?,
             "absdelay" => self.late(arguments, at)?,
             "idtmod" => self.integral_within(arguments, at)?,
-            "transition" | "slew" => {
+            "transition" => self.transition(arguments, at)?,
+            "slew" => {
                 let n = self.plain_number(arguments[0])?;
                 if self.value_of(&n).is_none() {
-                    let hint = "use ddt and idt, or a source of the deck";
-                    return self.stop(at, format!("{name} of a value that changes is not supported"), hint);
+                    let hint = "ramp what changes at events by transition, or use a source of the deck";
+                    return self.stop(at, "slew of a value that changes is not supported", hint);
                 }
                 n
             }

@@ -103,6 +103,18 @@ impl Elaborator<'_> {
         Ok(self.real(symbol))
     }
 
+    /// What symbols stand for in the end: each may be made of those before it, and a ramp (transition) of those that follow.
+    pub fn resolve_finals(&mut self) {
+        for k in 1..self.finals.len() {
+            let (before, rest) = self.finals.split_at_mut(k);
+            rest[0].1 = substitute(&mut self.g, &[rest[0].1], before)[0];
+        }
+        for k in (1..self.finals.len()).rev() {
+            let (rest, after) = self.finals.split_at_mut(k);
+            rest[k - 1].1 = substitute(&mut self.g, &[rest[k - 1].1], after)[0];
+        }
+    }
+
     fn event_name(&self, trigger: E) -> &str {
         match &self.library.expressions[trigger as usize] {
             Expression::Name(word, _) | Expression::Call(word, _) => self.word(*word),

@@ -14,6 +14,7 @@ pub mod folded;
 mod functions;
 mod reached;
 mod source;
+mod transition;
 mod tree;
 
 #[cfg(test)]
