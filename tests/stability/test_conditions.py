@@ -213,8 +213,8 @@ def test_what_slides_along_its_threshold_is_followed_and_said():
 
 
 def test_a_limit_holds_that_turns_again_and_again():
-    """An amplifier with positive feedback between 0 and its rising supply swings a dozen times a microsecond. Its limits were held
-    as they stood for 4 us of a run of 40 ms, which took v(o) to 2.7e97 V behind min(.., 0.3 mV), and E412."""
+    """An amplifier with positive feedback between 0 and its rising supply swings a dozen times a microsecond. Its limits were
+    held as they stood for 4 us of a run of 40 ms, which took v(o) to 2.7e97 V behind min(.., 0.3 mV), and E412."""
     session = emsim.Session(
         "limits\nVdd vdd 0 PULSE(0 3 0 20m 0 1 2)\nE1 o 0 VALUE={max(min(2000*(v(p)-v(m)),v(vdd)),0)}\nRo o g 1k\n"
         "Co g 0 100p\nR1 g m 100k\nR2 g p 100k\nQ1 0 0 m qp 1\nR3 p x 10k\nQ2 0 0 x qp 8\nRs vdd g 5meg\n"

@@ -134,7 +134,9 @@ def test_what_the_slope_of_a_pulse_or_a_line_drives(seed):
 @pytest.mark.parametrize(
     "net, reltol", [(driven(59), 1e-9), (network(95), 1e-6)], ids=["driven 59", "network 95"]
 )
-def test_a_voltage_that_follows_from_microamperes_beside_milliamperes(net: Network, reltol: float, method: str):
+def test_a_voltage_that_follows_from_microamperes_beside_milliamperes(
+    net: Network, reltol: float, method: str
+):
     """Its 1e-12 A times 68 kohm was 155 tolerances of v(4), which no error norm held; 38 of network 95."""
     assert not too_far(net, [(method, reltol)])
 

@@ -247,7 +247,7 @@ pub fn across(x: &[f64], p: i32, n: i32) -> f64 {
 }
 
 /// Energy without a closed form: intervals of at most so many volts.
-const PANEL: f64 = 0.05;
+pub const PANEL: f64 = 0.05;
 const MOST_PANELS: f64 = 4000.0;
 /// Nodes and weights of Gauss-Legendre's rule of order 6 on [0, 1].
 pub const GAUSS: [(f64, f64); 3] =

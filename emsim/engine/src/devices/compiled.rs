@@ -2,7 +2,7 @@
 //!
 //! First port voltages of Newton's method (what a module cannot say): a module with gates (fetlim) starts there at the threshold and
 //! everywhere else at 0 V; any other at the critical voltage of its first junction (pnjlim).
-use super::class::{across, add, Asked, Class, Facts, Line, Met, Number, Seat, Shape, GAUSS, LANES};
+use super::class::{across, add, Asked, Class, Facts, Line, Met, Number, Seat, Shape, GAUSS, LANES, PANEL};
 use super::limits::Limiter;
 use super::shape::{Anonymous, Constants, Key, Program, Wanted};
 use super::{Climate, Noise};
@@ -15,8 +15,7 @@ use crate::veriloga::Folded;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, Weak};
 
-/// Energy: intervals of at most so many volts, and at most so many.
-const PANEL: f64 = 0.05;
+/// Energy: intervals of PANEL volts, and at most so many.
 const MOST_PANELS: f64 = 400.0;
 /// So many ports are limited at most.
 pub const MOST_LIMITED: usize = 32;

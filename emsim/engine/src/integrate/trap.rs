@@ -35,7 +35,7 @@ const INSIDE: f64 = 0.25;
 pub const IN_A_PERIOD: f64 = 80.0;
 /// What a junction's voltage may miss when an iteration ends, in parts of its tolerance: on ten circuits of diodes as near to the
 /// solution as 1 is, for up to an eighth of the iterations less (methods of higher order gain nothing).
-const MISSED: f64 = 3.0;
+pub const MISSED: f64 = 3.0;
 
 pub struct Trap {
     character: Character,

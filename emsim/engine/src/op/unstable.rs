@@ -19,12 +19,10 @@ const LARGEST: usize = 500;
 /// Steps with each a, the first of them by Euler's rule, which leaves nothing of what follows at once.
 const STEPS: usize = 200;
 const EULER: usize = 3;
-/// From a to the next one, and how many at most.
+/// From a to the next one.
 const APART: f64 = 10.0;
-const MOST: usize = 16;
 /// What is left of the last vector beside the fitted mode, and the least Re s / |s| that counts: rounding has less.
 const LEFT: f64 = 1e-3;
-const GROWS: f64 = 1e-3;
 /// A conductance at every node above all others [S].
 const HUGE: f64 = 1e12;
 
@@ -74,7 +72,7 @@ impl Dc<'_> {
         }
         let rates = sums.iter().filter(|s| s.0 > 0.0 && s.1 > 0.0).map(|s| s.0 / s.1);
         let (lo, hi) = rates.fold((f64::INFINITY, 0.0_f64), |(lo, hi), r| (lo.min(r), hi.max(r)));
-        std::iter::successors(Some(lo), |a| Some(APART * a)).take_while(move |&a| a < APART * hi).take(MOST)
+        std::iter::successors(Some(lo), |a| Some(APART * a)).take_while(move |&a| a < APART * hi)
     }
 
     fn fastest(&mut self, w: &Work) -> Option<Unstable> {
@@ -184,5 +182,5 @@ fn rate(u: &[Vec<f64>; 3], a: f64) -> Option<(f64, f64)> {
     // of two real ones that which is left: the other may be rounding
     let [near, far] = roots.map(|(re, _)| (re - u12 / u11).abs());
     let fastest = if near <= far { s[0] } else { s[1] };
-    (fastest.0 > GROWS * fastest.0.hypot(fastest.1)).then_some(fastest)
+    (fastest.0 > LEFT * fastest.0.hypot(fastest.1)).then_some(fastest)
 }

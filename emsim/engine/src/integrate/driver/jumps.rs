@@ -8,8 +8,6 @@ use crate::newton::Failure;
 pub(super) const JUMP: f64 = 1e-9;
 /// ... or ten times as much, so often, where that cannot be solved.
 const LONGER: usize = 4;
-/// Steps behind an impulse, at most.
-const BEHIND: usize = 8;
 
 impl<S: Sink> Run<'_, S> {
     /// At a corner or an edge: flags flip, values jump, the next stop is found. True when something jumped. Another one
@@ -77,16 +75,20 @@ impl<S: Sink> Run<'_, S> {
     /// Behind a step of length h over an impulse: the next one holds nothing of it but the rounding of voltages of 1 / h, over the
     /// resistance between them, the one behind that the rounding of those, and so on until nothing moves.
     fn pass_impulse(&mut self, h: f64) {
-        for _ in 0..BEHIND {
+        let mut last = f64::INFINITY;
+        loop {
             let before = self.x.clone();
             if !self.settle(self.t, h, false) {
                 break;
             }
             self.t += h;
             let moved: Vec<f64> = self.x.iter().zip(&before).map(|(a, b)| (a - b).abs()).collect();
-            if self.tol.largest_move(&moved, &self.x, &before) <= 1.0 {
+            let now = self.tol.largest_move(&moved, &self.x, &before);
+            // what no longer falls by half is no rounding of the impulse
+            if now <= 1.0 || !(now < 0.5 * last) {
                 break;
             }
+            last = now;
         }
     }
 

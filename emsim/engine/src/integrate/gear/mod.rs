@@ -60,8 +60,6 @@ const NEXT: [f64; MOST + 1] = [0.0, 0.0, 0.5, 0.3, 0.0, 0.0, 0.0];
 /// are exp(-lambda t) with real lambda, on which every order and every share here is stable (test below). Steps and iterations of the
 /// diode multiplier to 1e-6 and 1e-7: 5860 and 6760, 8280 and 8900 without, 5500 and 6430, 7550 and 8190 with 0.3 in order 5 too.
 const REAL: [f64; MOST + 1] = [0.0, 0.0, 0.5, 0.3, 0.3, 0.5, 0.0];
-/// Beside diodes without coils straight lines end an iteration where they missed less than so many tolerances of a junction's voltage.
-const MISSED: f64 = 3.0;
 /// So much of what the error falls by is taken in longer steps: estimates of long steps know it less well.
 const TAKEN: f64 = 0.5;
 /// Of the first step's movement, what is held to the tolerance.
@@ -157,7 +155,8 @@ impl Gear {
         let starter: Option<Box<dyn Method>> =
             if fixed && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o, "radau")?)) } else { None };
         let mut newton = Newton::new(sys)?.bare();
-        newton.missed = if weighs { MISSED } else { 1.0 };
+        // beside diodes without coils straight lines end an iteration
+        newton.missed = if weighs { super::trap::MISSED } else { 1.0 };
         // its first step is judged by how far it moves from there, and rows in it are on the way from there
         let plain = if spice { Character::PLAIN } else { Character::DENSE };
         Ok(Gear {
