@@ -6,9 +6,11 @@ import re
 import shutil
 
 import pytest
+from PIL import Image, ImageChops, ImageStat
 from support import ROOT
 
 import emsim
+from emsim.cli import main
 
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -47,8 +49,25 @@ def test_its_links_and_pictures_exist():
         assert (ROOT / path).exists(), path
 
 
-def test_its_picture_is_small():
-    assert (ROOT / "netlists" / "coupled" / "pendulum_servo.png").stat().st_size < 100_000
+def test_its_pictures_are_small():
+    sizes = {"png": 100_000, "gif": 250_000}
+    found = {kind: (ROOT / f"netlists/coupled/pendulum_servo.{kind}").stat().st_size for kind in sizes}
+    assert all(found[kind] < size for kind, size in sizes.items()), found
+
+
+def test_its_film_is_what_its_command_makes(scratch):
+    (command,) = re.findall(r"`emsim (\S+ --circuit --width \d+ --gif \S+)`", TEXT)
+    deck, *options = command.split()
+    assert main([str(ROOT / deck), "--no-files", "-q", *options]) == 0
+    with Image.open(scratch / options[-1]) as new, Image.open(ROOT / deck.replace(".cir", ".gif")) as old:
+        assert (new.size, new.n_frames) == (old.size, old.n_frames)
+        for k in range(0, old.n_frames, 10):
+            new.seek(k)
+            old.seek(k)
+            off = ImageChops.difference(new.convert("L"), old.convert("L"))
+            assert ImageStat.Stat(off).mean[0] < 1.0, (
+                k
+            )  # of 255: letters may be of another version of the font's
 
 
 def test_its_exit_codes_are_the_programs():
