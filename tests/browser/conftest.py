@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
+import subprocess
+import tarfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +14,45 @@ import pytest
 
 from emsim.cli import main
 from emsim.fmus.page import there
+
+AXE = "axe-core@4.10.3"
+RULES = (
+    "() => axe.run().then((r) => r.violations.map((v) => [v.id, v.nodes.map((n) => n.html.slice(0, 200))]))"
+)
+
+
+@pytest.fixture(scope="session")
+def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The text of axe.min.js (MPL 2.0, part of nothing that is shipped): of the file that EMSIM_AXE names, or from npm."""
+    if given := os.environ.get("EMSIM_AXE"):
+        return Path(given).read_text()
+    folder = tmp_path_factory.mktemp("axe")
+    npm = shutil.which("npm")
+    if npm is None:
+        pytest.skip("axe-core needs npm, or EMSIM_AXE")
+    got = subprocess.run(
+        [npm, "pack", AXE], cwd=folder, capture_output=True, text=True, timeout=120, check=False
+    )
+    packed = list(folder.glob("axe-core-*.tgz"))
+    if not packed:
+        pytest.skip(f"npm has no axe-core for us: {got.stderr.strip()[-200:]}")
+    with tarfile.open(packed[0]) as archive:
+        file = archive.extractfile("package/axe.min.js")
+        assert file is not None
+        return file.read().decode()
+
+
+@pytest.fixture
+def violations(axe: str) -> Callable[[Any], list[Any]]:
+    """violations(page): the rules of axe-core that it breaks, each with its elements."""
+
+    def found(page: Any) -> list[Any]:
+        if page.evaluate("typeof axe === 'undefined'"):
+            page.evaluate(axe)
+        broken: list[Any] = page.evaluate(RULES)
+        return broken
+
+    return found
 
 
 @pytest.fixture

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
-import tarfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +15,6 @@ from emsim.outputs import html
 from emsim.reports import explained
 
 ROOT = Path(__file__).resolve().parents[2]
-AXE = "axe-core@4.10.3"
 STEPPED = """low passes
 V1 a 0 PULSE(0 1 0 1u 1u 1 2)
 R1 a b {r}
@@ -33,30 +29,6 @@ REST = (
     "a servo at rest\n.gravity 9.81\nBODY arm shape=rod(0.3) m=0.2\nJOINT hinge 0 arm pin\nSPRING s hinge k=1\n"
     "MOTOR m1 a 0 hinge kt=20m r=2 l=1m j=2u\nV1 a 0 3\n.op static\n.end\n"
 )
-RULES = (
-    "() => axe.run().then((r) => r.violations.map((v) => [v.id, v.nodes.map((n) => n.html.slice(0, 200))]))"
-)
-
-
-@pytest.fixture(scope="module")
-def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The text of axe.min.js: of the file that EMSIM_AXE names, or from npm."""
-    if given := os.environ.get("EMSIM_AXE"):
-        return Path(given).read_text()
-    folder = tmp_path_factory.mktemp("axe")
-    npm = shutil.which("npm")
-    if npm is None:
-        pytest.skip("axe-core needs npm, or EMSIM_AXE")
-    got = subprocess.run(
-        [npm, "pack", AXE], cwd=folder, capture_output=True, text=True, timeout=120, check=False
-    )
-    packed = list(folder.glob("axe-core-*.tgz"))
-    if not packed:
-        pytest.skip(f"npm has no axe-core for us: {got.stderr.strip()[-200:]}")
-    with tarfile.open(packed[0]) as archive:
-        file = archive.extractfile("package/axe.min.js")
-        assert file is not None
-        return file.read().decode()
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +60,12 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 @pytest.mark.parametrize(("width", "scheme"), [(1300, "light"), (1300, "dark"), (390, "light")])
 @pytest.mark.parametrize("name", ["servo", "still", "stepped", "spatial", "rest", "computes"])
 def test_axe_finds_nothing(
-    axe: str, chromium: Any, pages: dict[str, Path], name: str, width: int, scheme: str
+    violations: Callable[[Any], list[Any]],
+    chromium: Any,
+    pages: dict[str, Path],
+    name: str,
+    width: int,
+    scheme: str,
 ) -> None:
     context = chromium.new_context(
         viewport={"width": width, "height": 900}, color_scheme=scheme, bypass_csp=True
@@ -96,7 +73,6 @@ def test_axe_finds_nothing(
     page = context.new_page()
     page.goto(pages[name].as_uri())
     page.wait_for_selector("#tabs button")
-    page.evaluate(axe)
     if name == "computes" and computing.there():
         page.wait_for_function("window.engine")
         page.click("#knobs .fold")
@@ -104,14 +80,14 @@ def test_axe_finds_nothing(
         field.fill("50k")
         field.press("Enter")
         page.wait_for_function("!window.engine.busy")
-        assert page.evaluate(RULES) == []
+        assert violations(page) == []
         page.click("text=runs on")
         page.wait_for_function("window.engine.running?.view")
         page.evaluate("window.engine.running.play(false)")
     for tab in page.locator("#tabs button").all():
         tab.click()
-        assert page.evaluate(RULES) == [], tab.text_content()
+        assert violations(page) == [], tab.text_content()
     if name == "servo":
         page.click("#help")
-        assert page.evaluate(RULES) == []
+        assert violations(page) == []
     context.close()

@@ -118,7 +118,7 @@ def column(page: Any, name: str) -> list[float]:
 
 
 def test_it_opens_moving_before_python_is_there(page: Any) -> None:
-    page.wait_for_function("window.emsim?.clock.playing && window.engine", timeout=10_000)
+    page.wait_for_function("window.emsim?.clock.playing && window.engine", timeout=SOON)
     assert not page.evaluate("window.playground.emsim.ready")
     moving(page)
 
@@ -175,6 +175,18 @@ def test_small_values_are_spelled_with_their_suffix(page: Any) -> None:
         "5m",
         "3g",
     ]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(page: Any, violations: Callable[[Any], list[Any]], scheme: str) -> None:
+    page.emulate_media(color_scheme=scheme)
+    typed(page, SPRING.replace("a mass", f"a {scheme} mass"))
+    ran(page, f"a {scheme} mass on a spring")
+    page.wait_for_function("!document.body.classList.contains('stale')")
+    assert violations(page) == []
+    typed(page, SPRING.replace("k=50", "kk=50"))
+    page.wait_for_selector(".cm-lintRange-error", timeout=SOON)
+    assert violations(page) == []
 
 
 def test_what_the_playground_cannot_do_is_named(page: Any) -> None:
