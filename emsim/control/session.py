@@ -127,11 +127,18 @@ class Session:
                 continue
             shown = s.rest.partition(":")[0].split() if s.word == "show" else ()
             for text in (*quantities(s.rest), *(f"@{name}[{key}]" for name in shown for key in SHOWN)):
-                if text not in found:
+                if text not in found and self.is_quantity(text):
                     for probe in parse_signals(text):
                         probe.span = s.span
                         found[text] = probe
         return list(found.values())
+
+    def is_quantity(self, text: str) -> bool:
+        """length(x) is the length of a ROPE x, and of any other x the number of its points."""
+        word, _, rest = text.partition("(")
+        return word != "length" or rest[:-1].split(",")[0] in {
+            c.name.lower() for c in self.deck.flat().machine
+        }
 
     def carry_out(self, body: program.Body) -> None:
         """A section from its first command to its end, and the deck's own analyses where it has not run them and the deck asks

@@ -172,6 +172,11 @@ class Evaluator:
         args = [c for c in ch[1:] if c not in ("(", ")", ",")]
         if (defined := self.s.functions.get((name, len(args)))) is not None:
             return self.defined(name, defined, args, given)
+        if not given:
+            start, end = extent(("call", ch))
+            known = self.s.plots.known(self.text[start:end])
+            if known is not None:  # angle(hinge), a column of the machine
+                return known
         if name in VOLTAGES and all(a.__class__ is not tuple for a in args):
             return functions.apply(self.s, VOLTAGES[name], self.voltage("", args, given))
         if len(args) == 2 and name in OF_TWO:
@@ -179,11 +184,6 @@ class Evaluator:
         if name in functions.EACH or name in functions.WHOLE:
             of = self.value(args[0], given) if len(args) == 1 else self.pair(args, given)
             return functions.apply(self.s, name, of)
-        if not given:
-            start, end = extent(("call", ch))
-            known = self.s.plots.known(self.text[start:end])
-            if known is not None:  # angle(hinge), a column of the machine
-                return known
         if (of_numbers := MATH.get(name)) is not None and of_numbers.least <= len(args) <= of_numbers.most:
             function = of_numbers.source
             values = [self.value(a, given) for a in args]

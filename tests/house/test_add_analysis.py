@@ -100,7 +100,8 @@ def answer(f: np.ndarray) -> np.ndarray:
 
 
 def test_command_line_print_raw_file_and_csv(copy):
-    said = python(copy, "-m", "emsim", "deck.cir", "-o", "x.raw", "--csv", "x.csv", "--html", "x.html")
+    said = python(copy, "-m", "emsim", "deck.cir", "--csv", "x.csv", "--html", "x.html")
+    assert python(copy, "-m", "emsim", "deck.cir", "-r", "x.raw") == ""
     assert "Input Impedance" in said
     table = raw.read(str(copy / "x.raw")).main  # by a reader that knows nothing of the analysis
     assert table.plotname == "Input Impedance" and table.is_complex("zin") and table.axis.log
