@@ -268,7 +268,7 @@ def main() -> None:
     lines = table(rows)
     print("", *lines, sep="\n")
     if given.readme:
-        path = ROOT / "README.md"
+        path = Path(__file__).resolve().parents[2] / "README.md"
         start, end = README
         head, _, rest = path.read_text().partition(start)
         path.write_text("\n".join([head + start, "", *lines, "", end + rest.partition(end)[2]]))
