@@ -230,8 +230,9 @@ def table(rows: list[Row]) -> list[str]:
     ]
     for kind in dict.fromkeys(row.kind for row in rows):
         of = [row for row in rows if row.kind == kind]
-        ratios = sorted(row.ratio for row in of if not np.isnan(row.ratio))
-        least = min(of, key=lambda row: row.ratio)
+        both = [row for row in of if not np.isnan(row.ratio)]
+        ratios = sorted(row.ratio for row in both)
+        least = min(both, key=lambda row: row.ratio)
         cells = []
         for error in ERRORS:
             found = sorted(r for row in of if (r := row.at(error)) is not None)
