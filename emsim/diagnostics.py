@@ -108,18 +108,13 @@ class Fix:
 
 def not_installed(error: Exception) -> Diagnostic | None:
     """The message of a package that emsim imports and that is not there; None for any other error."""
-    if (
-        not isinstance(error, ModuleNotFoundError)
-        or not error.name
-        or error.name.partition(".")[0] == "emsim"
-    ):
+    name = error.name if isinstance(error, ModuleNotFoundError) else None
+    if not name or name.partition(".")[0] == "emsim":
         return None
-    said, hint = f"emsim needs {error.name}, which is not installed", f"pip install {error.name}"
+    said, hint = f"emsim needs {name}, which is not installed", f"pip install {name}"
     if sys.platform == "emscripten":
-        said, hint = (
-            f"this needs {error.name}, which is not in the playground",
-            "run the deck with emsim on your machine",
-        )
+        said = f"this needs {name}, which is not in the playground"
+        hint = "run the deck with emsim on your machine"
     return Diagnostic("error", "E521", said, None, hint)
 
 

@@ -278,8 +278,7 @@ class Mechanism(Binding):
 
     def at_start(self, es: Sequence[Scalar]) -> list[float]:
         """Values of expressions of coordinates where the machine starts."""
-        x = self.found.x
-        x = [*x, *([0.0] * (2 * len(self.rows) + 2 * len(self.laws) + len(self.norms)))]
+        x = [*self.found.x, *([0.0] * (2 * len(self.rows) + 2 * len(self.laws) + len(self.norms)))]
         return self.b.eval([self.public(e) for e in es], x, 0.0)
 
     def reaction(self, name: str, place: int = 0) -> Expr:

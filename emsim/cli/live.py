@@ -32,9 +32,7 @@ def serve(given: Arguments) -> int:
     try:
         server = Server(session.board, session.ask, port, session.edit)
     except OSError as error:
-        said = f"cannot listen on port {port}: {error.strerror or error}"
-        hint = "another program may use it; without --port a free one is taken"
-        raise OutsideError(Diagnostic("error", "E508", said, None, hint)) from None
+        raise cannot_listen(port, error) from None
     from threading import Thread
 
     signal.signal(signal.SIGTERM, lambda *_: session.stop())
@@ -53,6 +51,12 @@ def serve(given: Arguments) -> int:
         server.shutdown()
         server.server_close()
     return OK
+
+
+def cannot_listen(port: int, error: OSError) -> OutsideError:
+    said = f"cannot listen on port {port}: {error.strerror or error}"
+    hint = "another program may use it; without --port a free one is taken"
+    return OutsideError(Diagnostic("error", "E508", said, None, hint))
 
 
 def port_of(text: str | None) -> int:

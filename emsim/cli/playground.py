@@ -60,7 +60,7 @@ def serve(folder: str, port: str | None) -> int:
     from functools import partial
     from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
-    from .live import port_of
+    from .live import cannot_listen, port_of
 
     class Quiet(SimpleHTTPRequestHandler):
         def log_message(self, format: str, *args: object) -> None:
@@ -69,13 +69,10 @@ def serve(folder: str, port: str | None) -> int:
     # what Python does not know, or an odd registry of the machine tells otherwise
     types = {".wasm": "application/wasm", ".mjs": "text/javascript", ".js": "text/javascript"}
     Quiet.extensions_map = {**SimpleHTTPRequestHandler.extensions_map, **types}
-    number = port_of(port)
     try:
-        server = ThreadingHTTPServer(("127.0.0.1", number), partial(Quiet, directory=folder))
+        server = ThreadingHTTPServer(("127.0.0.1", number := port_of(port)), partial(Quiet, directory=folder))
     except OSError as error:
-        said = f"cannot listen on port {number}: {error.strerror or error}"
-        hint = "another program may use it; without --port a free one is taken"
-        raise OutsideError(Diagnostic("error", "E508", said, None, hint)) from None
+        raise cannot_listen(number, error) from None
     print(f"page: http://127.0.0.1:{server.server_address[1]}/\nCtrl-C to end", file=sys.stderr)
     try:
         server.serve_forever()

@@ -134,11 +134,13 @@ class Session:
         return list(found.values())
 
     def is_quantity(self, text: str) -> bool:
-        """length(x) is the length of a ROPE x, and of any other x the number of its points."""
+        """length(x) is the length of a ROPE x, pos(x) the place of a slide; of any other x they are functions of a vector."""
+        from ..assemble.terminals import MECHANICAL
+        from .functions import EACH, WHOLE
+
         word, _, rest = text.partition("(")
-        return word != "length" or rest[:-1].split(",")[0] in {
-            c.name.lower() for c in self.deck.flat().machine
-        }
+        of_vectors = word in MECHANICAL and (word in EACH or word in WHOLE)
+        return not of_vectors or rest[:-1].split(",")[0] in {c.name.lower() for c in self.deck.flat().machine}
 
     def carry_out(self, body: program.Body) -> None:
         """A section from its first command to its end, and the deck's own analyses where it has not run them and the deck asks

@@ -28,6 +28,7 @@ import numpy as np
 import emsim
 from emsim.outputs import raw
 from emsim.reports.work_precision import front, time_at
+from emsim.units import spice_number
 
 ROOT = Path(emsim.__file__).parents[1]
 SCRIPT = "import sys; from emsim.cli import main; sys.exit(main())"
@@ -113,19 +114,17 @@ def its(text: str, reltol: float, part: float) -> str:
     options = f".options reltol={reltol:g} abstol={1e-12 * small:g} vntol={1e-6 * small:g} chgtol={1e-14 * small:g}\n"
     step, stop = tran(text)
     uic = " uic" if re.search(r"(?m)^\.tran.*\buic", text) else ""
-    text = re.sub(r"(?m)^\.tran.*$", f".tran {step} {stop} 0 {number(stop) / 50 / part:g}{uic}", text)
+    text = re.sub(r"(?m)^\.tran.*$", f".tran {step} {stop!r} 0 {stop / 50 / part:g}{uic}", text)
     return text.replace(".end\n", options + ".end\n")
 
 
-def tran(text: str) -> tuple[str, str]:
+def tran(text: str) -> tuple[str, float]:
+    """The step, as it is written, and the stop time [s] of a deck's .tran."""
     found = re.search(r"(?m)^\.tran (\S+) (\S+)", text)
     assert found
-    return found[1], found[2]
-
-
-def number(word: str) -> float:
-    scales = {"n": 1e-9, "u": 1e-6, "m": 1e-3, "p": 1e-12}
-    return float(word[:-1]) * scales[word[-1]] if word[-1] in scales else float(word)
+    stop = spice_number(found[2])
+    assert stop is not None
+    return found[1], stop
 
 
 def voltages(path: Path, times: np.ndarray) -> dict[str, np.ndarray]:
@@ -197,7 +196,7 @@ def measured(name: str, kind: str, text: str, runs: int, ladder: bool) -> Row:
 
 
 def _ladder(row: Row, text: str, folder: Path, runs: int) -> None:
-    times = np.linspace(0, number(tran(text)[1]), TIMES + 1)[1:]
+    times = np.linspace(0, tran(text)[1], TIMES + 1)[1:]
     spent(own("deck.cir", "tight.raw", TIGHT), folder)
     if not (folder / "tight.raw").exists():
         return

@@ -27,7 +27,7 @@ def test_transients_are_as_near_as_they_are_asked_to_be():
     for name, (_, text) in DECKS.items():
         if ".tran" not in text or name in LONG:
             continue
-        times = np.linspace(0, people.number(people.tran(text)[1]), people.TIMES + 1)[1:]
+        times = np.linspace(0, people.tran(text)[1], people.TIMES + 1)[1:]
         loose, tight = (people.of(emsim.run(text, reltol=tol), times) for tol in (1e-3, 1e-6))
         errors[name] = people.distance(loose, tight)
     # one of them rings freely at 200 MHz, one is asked at the edges of its switch, of a nanosecond

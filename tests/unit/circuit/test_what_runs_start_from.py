@@ -167,6 +167,11 @@ def test_a_run_that_starts_between_the_states_of_a_latch_is_told() -> None:
     r = emsim.run(deck(*cards, kick, ".tran 0.1n 100n"))
     assert [d.code for d in r.diagnostics] == ["N403"] and "roundings decide" in r.diagnostics[0].message
     assert float(r["v(a)"][-1]) > 4.0 and float(r["v(b)"][-1]) < 0.3
+    # beside a circuit of another pace, which has steps of its own, too
+    other = ("V9 p 0 SIN(0 1 50k)", "R9 p q 1k", "D9 q r dd", "C9 r 0 1u", "R8 r 0 1k", ".model dd d is=1n")
+    r = emsim.run(deck(*cards, kick.replace("5n 1)", "5n 20n)"), *other, ".tran 0.1n 20u"))
+    assert [d.code for d in r.diagnostics] == ["N403"]
+    assert "node `a`" in r.diagnostics[0].message or "node `b`" in r.diagnostics[0].message
     # one that starts in a state is not
     assert not emsim.run(deck(*cards, kick, ".nodeset v(a)=5 v(b)=0", ".tran 0.1n 100n")).diagnostics
 

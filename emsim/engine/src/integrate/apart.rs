@@ -14,7 +14,7 @@ use crate::invariants::Invariants;
 use crate::ledger::Inside;
 use crate::newton::{Options, Tolerances};
 use crate::record::Record;
-use crate::system::{Counters, Hanging, System, Work};
+use crate::system::{Hanging, System, Unstable, Work};
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::time::Duration;
@@ -238,15 +238,6 @@ impl Sink for Own<'_> {
     fn close(&mut self, _: &System, _: &mut Work) {}
 }
 
-/// What is left of a part's run.
-struct Done {
-    outcome: Outcome,
-    counters: Counters,
-    hanging: Option<Hanging>,
-    substitute: Option<(usize, bool)>,
-    flags: Vec<f64>,
-}
-
 /// The transient analysis of `sys`, of which these are the parts.
 pub fn run(
     sys: &System,
@@ -290,10 +281,10 @@ pub fn run(
         };
         let outcome = driver::lead(sys, &mut w, a, o, &mut own, &mut goes_on);
         place.whole = outcome.status == Status::Ok;
-        Done { outcome, counters: w.counters, hanging: w.hanging, substitute: w.substitute, flags: w.flags }
+        (outcome, w)
     };
     let lead = &lead;
-    let done: Vec<Done> = std::thread::scope(|scope| {
+    let done: Vec<(Outcome, Work)> = std::thread::scope(|scope| {
         let threads: Vec<_> = parts
             .iter()
             .enumerate()
@@ -360,15 +351,17 @@ fn gather(sys: &System, w: &mut Work, parts: &[Part], meeting: &Meeting, record:
 }
 
 /// What the runs of the parts come to.
-fn together(sys: &System, w: &mut Work, parts: &[Part], done: Vec<Done>) -> Outcome {
+fn together(sys: &System, w: &mut Work, parts: &[Part], done: Vec<(Outcome, Work)>) -> Outcome {
     let mut whole = Outcome::new();
     let mut end = vec![0.0; sys.n];
     let (mut complete, mut used) = (true, Vec::<Used>::new());
-    for (part, done) in parts.iter().zip(done) {
-        let mut own = done.outcome;
+    for (part, (mut own, done)) in parts.iter().zip(done) {
         w.counters.add(&done.counters);
         if let Some(hanging) = done.hanging.filter(|_| w.hanging.is_none()) {
             w.hanging = Some(Hanging { unknown: part.of[hanging.unknown], ..hanging });
+        }
+        if let Some(unstable) = done.unstable.filter(|_| w.unstable.is_none()) {
+            w.unstable = Some(Unstable { unknown: part.of[unstable.unknown], ..unstable });
         }
         w.substitute = w.substitute.or(done.substitute);
         part.flags.iter().for_each(|&k| w.flags[k] = done.flags[k]);

@@ -261,7 +261,6 @@ pub(super) fn starting_point(sys: &System, w: &mut Work, a: Transient, o: &Optio
     if let Some(whole) = &sys.whole {
         let mut own = whole.work();
         let x = starting_point(whole, &mut own, a, o)?;
-        w.unstable = own.unstable.take();
         w.start_as(&own);
         if a.uic {
             w.past.begin();

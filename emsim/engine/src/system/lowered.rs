@@ -54,7 +54,8 @@ impl Work {
         self.ports.copy_from_slice(&whole.ports);
         self.logic = whole.logic.clone();
         self.clocked = whole.clocked.clone();
-        (self.gmin, self.hanging, self.wave_time) = (whole.gmin, whole.hanging, f64::NAN);
+        (self.gmin, self.hanging, self.unstable) = (whole.gmin, whole.hanging, whole.unstable);
+        self.wave_time = f64::NAN;
         self.counters.add(&whole.counters);
     }
 }
