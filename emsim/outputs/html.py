@@ -55,6 +55,7 @@ SCRIPTS = (
     GLYPHS,
     "pen.js",
     "solids.js",
+    "lit.js",
     "machine.js",
     "circuit.js",
     "energy.js",

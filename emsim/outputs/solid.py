@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from .glyphs.solids import across, solids
+from .glyphs.meshes import across, normals
+from .glyphs.solids import solids
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -13,10 +16,7 @@ if TYPE_CHECKING:
 
     from .stage import Stage
 
-BIAS, DARKEST = (
-    0.006,
-    0.5,
-)  # of the scene's size towards the eye; of a face that is turned away from the light
+BIAS = 0.006  # of edges, in parts of the scene's size towards the eye
 
 
 class Solids:
@@ -26,32 +26,36 @@ class Solids:
         self.stage = stage
         self.parts = []
         for part in solids(stage.shapes, stage.size):
-            faces = [np.array(face) for face in part["faces"]]
-            # fans of triangles, with the face that each is of
-            fans = [
-                (f, face[0], face[k], face[k + 1])
-                for f, face in enumerate(faces)
-                for k in range(1, len(face) - 1)
-            ]
-            corners = np.array(
-                [[face[0], face[1], face[2], face[3] if len(face) > 3 else face[0]] for face in faces]
-            )
+            faces = part["faces"]
+            # fans of triangles: numbers of their points, and of their corners among the corners of all faces
+            fans, first = [], 0
+            for face in faces:
+                fans += [
+                    [face[0], face[k], face[k + 1], first, first + k, first + k + 1]
+                    for k in range(1, len(face) - 1)
+                ]
+                first += len(face)
+            corners = np.array([[*face[:3], face[3] if len(face) > 3 else face[0]] for face in faces])
+            own = normals(part["points"], faces)
+            points, edges = np.array(part["points"], float), np.array(part["edges"])
+            outwards = np.sign(np.sum(_crossed(points, corners) * [n[0] for n in own], axis=1))
+            of_face = np.repeat(np.arange(len(faces)), [len(face) - 2 for face in faces])
             self.parts.append(
-                (part, np.array(part["points"], float), corners, np.array(fans), np.array(part["edges"]))
-            )
+                (part, points, corners, outwards, np.column_stack([np.array(fans), of_face]), edges,
+                 np.array([n for one in own for n in one]))
+            )  # fmt: skip
 
     def draw(self, fine: int, colour: Callable[[str], tuple[int, int, int]]) -> tuple[Any, Any]:
         stage = self.stage
         shape = (stage.height * fine, stage.width * fine)
         pixels, depth = np.zeros((*shape, 3), np.uint8), np.full(shape, -np.inf)
         right, up, towards = stage.axes
-        light = towards + 0.7 * up - 0.5 * right
-        light = light / np.linalg.norm(light)
         ink = np.array(colour("edge"), np.uint8)
-        for part, points, corners, fans, edges in self.parts:
-            world = self._placed(part, points)
-            if world is None:
+        for part, points, corners, outwards, fans, edges, normal in self.parts:
+            turn = self._turn(part)
+            if turn is None:
                 continue
+            world = turn[0] + points @ turn[1].T
             p = np.column_stack(
                 [
                     fine * (stage.width / 2 + (world @ right - stage.middle[0]) * stage.scale),
@@ -59,45 +63,53 @@ class Solids:
                     world @ towards / stage.size,
                 ]
             )
-            normal = np.cross(
-                world[corners[:, 2]] - world[corners[:, 0]], world[corners[:, 3]] - world[corners[:, 1]]
-            )
-            front = np.where(normal @ towards >= 0, 1, -1)
-            size = np.linalg.norm(normal, axis=1)
-            lit = np.maximum(0, front * (normal @ light) / np.where(size > 0, size, 1))
-            shades = np.minimum(
-                255, np.array(colour(part["colour"])) * (DARKEST + (1.06 - DARKEST) * lit)[:, None]
-            )
-            for f, a, b, c in fans:
-                _triangle(pixels, depth, p[a], p[b], p[c], shades[f].astype(np.uint8))
-            seen = (edges[:, 4] > 0) | (front[edges[:, 2]] != front[edges[:, 3]])
-            for i, j, *_ in edges[seen]:
+            lit = np.array(colour(part["colour"])), self._lit(normal @ np.linalg.inv(turn[1]))
+            front = outwards * (_crossed(world, corners) @ towards) >= 0
+            for a, b, c, i, j, k, _ in fans[front[fans[:, 6]]]:
+                _triangle(pixels, depth, (p[a], p[b], p[c]), lit[0], lit[1][[i, j, k]])
+            for i, j, *_ in edges[front[edges[:, 2]] != front[edges[:, 3]]]:
                 _edge(pixels, depth, p[i], p[j], ink)
         return pixels, np.isfinite(depth) | (pixels.sum(axis=2) > 0)
 
-    def _placed(self, part: dict[str, Any], points: Any) -> Any:
-        """Points in the world (n, 3), m; None for a strut without a length."""
+    def _lit(self, normal: Any) -> Any:
+        """Of normals (n, 3) the share of their colour that is seen, and of white (n, 2): a sky, a lamp over the left shoulder."""
+        right, up, towards = self.stage.axes
+        pull = np.array(self.stage.gravity, float)
+        above = -pull / np.linalg.norm(pull) if pull.any() else up
+        lamp = 0.6 * towards + above - 0.45 * right
+        lamp /= np.linalg.norm(lamp)
+        halfway = (lamp + towards) / np.linalg.norm(lamp + towards)
+        normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-30)[:, None]
+        level = 0.6 + 0.08 * (normal @ above) + 0.42 * np.maximum(0, normal @ lamp)
+        return np.column_stack([level, 0.22 * np.maximum(0, normal @ halfway) ** 30])
+
+    def _turn(self, part: dict[str, Any]) -> tuple[Any, Any] | None:
+        """Where a part's points are in the world [m]: the origin, and the matrix of its axes; None for a strut without a length."""
         stage = self.stage
         if "at" in part:
-            return stage.world(part["at"]) + points @ stage.poses[int(part["at"][0])].turn.T
+            return stage.world(part["at"]), stage.poses[int(part["at"][0])].turn
         start = stage.world(part["from"])
         x = stage.world(part["to"]) - start
         if not np.linalg.norm(x) > 0:
             return None
         y = np.array(across(list(x)))
         z = np.cross(x, y)
-        return start + points @ np.array([x, y, z / np.linalg.norm(z)])
+        return start, np.column_stack([x, y, z / np.linalg.norm(z)])
 
 
-def _triangle(pixels: Any, depth: Any, a: Any, b: Any, c: Any, colour: Any) -> None:
+def _crossed(points: Any, corners: Any) -> Any:
+    """Normals of faces, by two diagonals or two sides of a triangle."""
+    a, b, c, d = (points[corners[:, k]] for k in range(4))
+    return np.cross(c - a, d - b)
+
+
+def _triangle(pixels: Any, depth: Any, corners: tuple[Any, Any, Any], colour: Any, lit: Any) -> None:
+    a, b, c = corners
     area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     if not abs(area) > 1e-9:
         return
-    corners = np.array([a, b, c])
-    x0, y0 = np.maximum(np.ceil(corners[:, :2].min(axis=0)), 0).astype(int)
-    x1, y1 = np.minimum(
-        np.floor(corners[:, :2].max(axis=0)), (depth.shape[1] - 1, depth.shape[0] - 1)
-    ).astype(int)
+    x0, y0 = (max(0, math.ceil(min(a[k], b[k], c[k]))) for k in (0, 1))
+    x1, y1 = (min(depth.shape[1 - k] - 1, math.floor(max(a[k], b[k], c[k]))) for k in (0, 1))
     if x0 > x1 or y0 > y1:
         return
     x, y = np.arange(x0, x1 + 1) - a[0], (np.arange(y0, y1 + 1) - a[1])[:, None]
@@ -107,7 +119,11 @@ def _triangle(pixels: Any, depth: Any, a: Any, b: Any, c: Any, colour: Any) -> N
     part = depth[y0 : y1 + 1, x0 : x1 + 1]
     inside = (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1 + 1e-9) & (near > part)
     part[inside] = near[inside]
-    pixels[y0 : y1 + 1, x0 : x1 + 1][inside] = colour
+    level, gloss = (
+        m[0] + u[inside] * (m[1] - m[0]) + v[inside] * (m[2] - m[0]) for m in (lit[:, 0], lit[:, 1])
+    )
+    shade = level[:, None] * colour + 255 * gloss[:, None]
+    pixels[y0 : y1 + 1, x0 : x1 + 1][inside] = np.minimum(255, shade).astype(np.uint8)
 
 
 def _edge(pixels: Any, depth: Any, a: Any, b: Any, colour: Any) -> None:

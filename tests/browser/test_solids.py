@@ -166,3 +166,62 @@ def test_a_gimbal_is_rings_about_a_rotor(page_of: Any) -> None:
     )
     outer, inner, rotor = sizes
     assert outer > 1.1 * inner > 1.2 * rotor
+
+
+CARD = """() => { const own = WebGL2RenderingContext.prototype.getExtension;
+    WebGL2RenderingContext.prototype.getExtension = function (name) { return /debug/.test(name) ? null : own.call(this, name); }; }"""
+BOTH = """() => { const m = window.emsim.machine, s = m.solids, found = {};
+    const shot = (how) => { const ctx = Object.assign(document.createElement('canvas'), { width: 300, height: 300 }).getContext('2d');
+        ctx.scale(300 / m.width, 300 / m.height);
+        const was = s.ground; s.ground = null; how(ctx); s.ground = was;
+        return ctx.getImageData(0, 0, 300, 300).data; };
+    const one = shot((ctx) => Lit.draw(s, m, ctx)), other = shot((ctx) => s.draw(m, ctx));
+    let both = 0, apart = 0, far = [];
+    for (let k = 0; k < one.length; k += 4) {
+        const a = one[k + 3] > 127, b = other[k + 3] > 127;
+        if (a && b) { both++; far.push(Math.abs(one[k] - other[k])); } else if (a !== b) apart++;
+    }
+    far.sort((a, b) => a - b);
+    return { card: !!Lit.gl, both, apart, median: far[far.length >> 1] }; }"""
+SHADOW = """() => { const m = window.emsim.machine, s = m.solids, ctx = document.createElement('canvas').getContext('2d');
+    const gl = Lit.gl, { width, height } = gl.canvas, px = new Uint8Array(4 * width * height);
+    Lit.draw(s, m, ctx);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, px);
+    let dark = 0, faint = 0;
+    for (let k = 3; k < px.length; k += 4) { if (px[k] > 60 && px[k] < 120) dark++; else if (px[k] > 4 && px[k] < 20) faint++; }
+    return { dark, faint }; }"""
+
+
+@pytest.mark.parametrize("perspective", [False, True])
+def test_the_graphics_card_draws_what_the_processor_draws(
+    tmp_path: Path, chromium: Any, perspective: bool
+) -> None:
+    """The test's own card is the processor, which the page would not use: it is asked to."""
+    path = tmp_path / "page.html"
+    html.write(str(path), pipeline.run(str(ROOT / "mechanical/rssr.cir"), scene=True))
+    context = chromium.new_context(bypass_csp=True)
+    try:
+        page, said = context.new_page(), []
+        page.add_init_script(f"({CARD})()")
+        page.on("pageerror", lambda e: said.append(str(e)))
+        page.goto(path.as_uri())
+        page.wait_for_function("window.emsim && window.emsim.waves.panels.length > 0")
+        page.evaluate(
+            f"() => {{ window.emsim.clock.play(false); window.emsim.machine.perspective = {str(perspective).lower()}; }}"
+        )
+        look(page, -0.6, -0.45)
+        found = page.evaluate(BOTH)
+        assert found["card"] and found["both"] > 2000
+        assert found["apart"] < 0.12 * found["both"]  # outlines are drawn in another way
+        assert found["median"] < 12  # parts that lie in shadow differ
+        if not perspective:
+            shadow = page.evaluate(SHADOW)
+            assert shadow["dark"] > 500 and shadow["faint"] > shadow["dark"]
+        assert not said
+    finally:
+        context.close()
+
+
+def test_a_card_that_the_processor_plays_is_not_used(page_of: Any) -> None:
+    page = page_of(PLATES)
+    assert page.evaluate("() => Lit.gl === null && window.emsim.machine.solids.depth.length > 0")

@@ -47,7 +47,7 @@ GLYPHS: dict[str, Glyph] = {
     "transducer": (2, transducer),
 }  # fmt: skip
 PAGES = ("written", "rounded")  # of web/data.js; ours are in ../numbers.py
-SHARED = ("marks", "paper", "extent", "solids")
+SHARED = ("marks", "meshes", "paper", "extent", "solids")
 
 
 def drawn(m: Scene, pen: Pen) -> None:
@@ -71,5 +71,5 @@ def script() -> str:
         with open(join(dirname(__file__), name + ".py"), encoding="utf-8") as file:
             sources.append(file.read())
     table = ", ".join(f"{kind}: [{layer}, {draw.__name__}]" for kind, (layer, draw) in GLYPHS.items())
-    shared = "paper, called, named, extents, walled, solids, is_solid, across, cross"
+    shared = "paper, called, named, extents, walled, solids, is_solid, across, cross, normals"
     return f"const drawn = {translated(sources, '{ GLYPHS: { ' + table + ' }, ' + shared + ' }', PAGES)};"

@@ -2,10 +2,10 @@
 
     {"body", "at"}          on a body, points from a place of it
     {"from", "to"}          between two places: x of the points runs from 0 at the one to 1 at the other
-    "points" [[x, y, z]]    [m];  "faces" [[i, j, k, ..]] flat or nearly;  "colour" by name
-    "edges" [[i, j, f, g, sharp]]   between faces f and g (-1: none): drawn where sharp, or where one of the two is turned away
+    "points", "faces", "edges" as meshes.py makes them;  "colour" by name
 
-web/solids.js and solid.py draw them with a depth for each pixel, so that what is hidden is hidden however parts cross.
+web/lit.js draws them by the graphics card, web/solids.js and solid.py with a depth for each pixel: what is hidden is hidden
+however parts cross.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 
 from .marks import moved
+from .meshes import across, ball, block, coiled, cross, cylinder, hoop, plus, thread, times, unit
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
     Vector = list[float]
 
 THICK = 0.016  # of the scene's size: radius of a bar that has no width
-ROUND = 40  # sides of what is round
-TURNS = 9  # of a spring
-WIRE = 14  # points of a turn
 
 
 def solids(shapes: list[Shape], size: float) -> list[Any]:
@@ -163,7 +161,7 @@ def shaft_of(found: list[Any], s: Shape, shapes: list[Shape], t: float) -> None:
 
 def joint_of(found: list[Any], s: Shape, size: float, t: float) -> None:
     axis, sort, fixed = s["axis"], s["sort"], s["a"][0] == 0
-    colour = "ground" if fixed else "edge"
+    colour = "ground" if fixed else "soft"
     if s["joint"] == "none":
         return
     if s["joint"] == "slide":
@@ -194,116 +192,3 @@ def aside(body: float, shapes: list[Shape]) -> int:
                 if hung[k] == body and len(hung) > 1:
                     return 1 if k % 2 else -1
     return 0
-
-
-# ---- meshes: [points, faces, edges] ----
-
-
-def cylinder(a: Vector, b: Vector, r: float) -> list[Any]:
-    """From the middle of one end to that of the other."""
-    along = [b[0] - a[0], b[1] - a[1], b[2] - a[2]]
-    u = across(along)
-    v = unit(cross(along, u))
-    rings = [ring(a, u, v, r, ROUND), ring(b, u, v, r, ROUND)]
-    mesh = sheet(rings)
-    n, last = ROUND, len(mesh[1])
-    mesh[1].append(list(range(n)))
-    mesh[1].append([n + k for k in range(n)])
-    for k in range(n):
-        mesh[2].append([k, (k + 1) % n, k, last, 1])
-        mesh[2].append([n + k, n + (k + 1) % n, k, last + 1, 1])
-    return mesh
-
-
-def hoop(axis: Vector, r: float, wire: float) -> list[Any]:
-    """A ring about an axis."""
-    u = across(axis)
-    v = cross(axis, u)
-    rings = []
-    for k in range(ROUND + 1):
-        c, d = math.cos(2 * math.pi * k / ROUND), math.sin(2 * math.pi * k / ROUND)
-        out = [c * u[m] + d * v[m] for m in range(3)]
-        rings.append(ring(times(out, r), out, axis, wire, 8))
-    return sheet(rings)
-
-
-def ball(r: float) -> list[Any]:
-    rings = []
-    for k in range(9):
-        turn = math.pi * (k + 0.02) / 8.04 - math.pi / 2
-        rings.append(ring([0, 0, r * math.sin(turn)], [1, 0, 0], [0, 1, 0], r * math.cos(turn), 16))
-    return sheet(rings)
-
-
-def coiled(r: float, wire: float) -> list[Any]:
-    """A spring along x from 0 to 1; its radius in metres."""
-    rings = []
-    n = TURNS * WIRE
-    for k in range(n + 1):
-        turn = 2 * math.pi * k / WIRE
-        u, v = [0, math.cos(turn), math.sin(turn)], [0.12 / TURNS, 0, 0]
-        rings.append(ring([0.06 + 0.88 * k / n, r * u[1], r * u[2]], times(u, wire), v, 1.0, 6))
-    return sheet(rings)
-
-
-def block(u: Vector, v: Vector, w: Vector) -> list[Any]:
-    """From half its sides."""
-    points = []
-    for i in [-1, 1]:
-        for j in [-1, 1]:
-            for k in [-1, 1]:
-                points.append([i * u[m] + j * v[m] + k * w[m] for m in range(3)])
-    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    edges = [[0, 1], [0, 2], [0, 4], [1, 3], [1, 5], [2, 3], [2, 6], [3, 7], [4, 5], [4, 6], [5, 7], [6, 7]]
-    return [points, faces, [[i, j, -1, -1, 1] for i, j in edges]]
-
-
-def ring(at: Vector, u: Vector, v: Vector, r: float, n: int) -> list[Vector]:
-    found = []
-    for k in range(n):
-        c, d = r * math.cos(2 * math.pi * k / n), r * math.sin(2 * math.pi * k / n)
-        found.append([at[m] + c * u[m] + d * v[m] for m in range(3)])
-    return found
-
-
-def sheet(rings: list[list[Vector]]) -> list[Any]:
-    """The surface from ring to ring, closed about."""
-    n, count = len(rings[0]), len(rings) - 1
-    points, faces, edges = [], [], []
-    for one in rings:
-        for p in one:
-            points.append(p)
-    for i in range(count):
-        for k in range(n):
-            after = (k + 1) % n
-            faces.append([i * n + k, i * n + after, (i + 1) * n + after, (i + 1) * n + k])
-            # along, between this face and the one before; about, between this one and the next ring's
-            edges.append([i * n + k, (i + 1) * n + k, i * n + k, i * n + (k + n - 1) % n, 0])
-            if i + 1 < count:
-                edges.append([(i + 1) * n + k, (i + 1) * n + after, i * n + k, (i + 1) * n + k, 0])
-    return [points, faces, edges]
-
-
-# ---- vectors ----
-
-
-def times(a: Vector, f: float) -> Vector:
-    return [f * a[0], f * a[1], f * a[2]]
-
-
-def plus(a: Vector, b: Vector) -> Vector:
-    return [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-
-
-def cross(a: Vector, b: Vector) -> Vector:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
-def unit(a: Vector) -> Vector:
-    return times(a, 1.0 / math.hypot(*a))
-
-
-def across(a: Vector) -> Vector:
-    """A unit vector at right angles."""
-    flat = abs(a[2]) > 0.9 * math.hypot(*a)
-    return unit(cross(a, [1.0, 0.0, 0.0] if flat else [0.0, 0.0, 1.0]))

@@ -12,7 +12,7 @@ class Machine {
     this.upright = !this.planar && Math.abs(this.gravity[2]) > Math.hypot(this.gravity[0], this.gravity[1]);
     this.measure();
     this.fit();
-    if (!this.planar) this.solids = new Solids(this.scene.shapes, this.size);
+    if (!this.planar) this.solids = Object.assign(new Solids(this.scene.shapes, this.size), { ground: this.ground() });
     clock.listen(() => this.draw());
     this.sizes = new ResizeObserver(() => { if (this.width !== this.room()) { this.fit(); this.draw(); } });
     this.sizes.observe(canvas.parentElement);
@@ -130,6 +130,22 @@ class Machine {
     const { time, places } = this.scene, poses = this.scene.bodies.map((_, b) => this.pose(b, time[0])), all = places.map(([place]) => this.near(this.world(place, poses))).filter(Number.isFinite);
     if (all.length) this.deep = (Math.min(...all) + Math.max(...all)) / 2;
   }
+  // the floor below all that it sweeps: its middle, its normal, two directions in it; null where nothing pulls
+  ground() {
+    if (!(Math.hypot(...this.gravity) > 0)) return null;
+    const above = unitary(this.gravity.map((g) => -g)), u = drawn.across(above), v = drawn.cross(above, u), low = [0, 0, 0].map(() => Infinity), high = low.map(() => -Infinity);
+    for (const { time, places, bodies } of this.scenes) {
+      for (let k = 0; k < time.length; k += Math.max(1, Math.floor(time.length / 60))) {
+        const poses = bodies.map((_, b) => this.pose(b, time[k]));
+        for (const [place, about] of places) {
+          const at = this.world(place, poses);
+          if (at.every(Number.isFinite)) [u, v, above].forEach((e, i) => { low[i] = Math.min(low[i], dot(e, at) - about); high[i] = Math.max(high[i], dot(e, at) + about); });
+        }
+      }
+    }
+    const [x, y, z] = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2] - 0.02 * this.size];
+    return Number.isFinite(x) ? { at: above.map((e, i) => x * u[i] + y * v[i] + z * e), above, u, v, size: this.size } : null;
+  }
   // the box of all places at an instant
   boxAt(t) {
     const box = [Infinity, Infinity, -Infinity, -Infinity], poses = this.scene.bodies.map((_, b) => this.pose(b, t));
@@ -235,7 +251,7 @@ class Machine {
     }
     const pen = (this.pen = new Pen(ctx, this.colour, this.labels));
     drawn.paper(this, pen);
-    this.solids?.draw(this, ctx);
+    this.solids?.show(this, ctx);
     this.drawTrace(pen, t);
     for (const layer of [0, 1, 2]) for (const s of this.scene.shapes) if (drawn.GLYPHS[s.kind]?.[0] === layer && !drawn.is_solid(this.planar, s)) this.glyph(ctx, pen, s);
     if (this.solids) drawn.called(this, pen);
