@@ -11,12 +11,13 @@ name further channels (a current, a force) that change them. Nothing here is dra
 
 from __future__ import annotations
 
+from .arranged import arrange
 from .outputs import Output
 from .tree import GROUND
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
     from typing import Any
 
     from ..cards.base import Card, Scalar
@@ -94,6 +95,8 @@ class Drawing:
             "sort": j.kind.name,
             "axis": list(j.card.direction),
         }
+        if lead := getattr(j.kind, "lead", None):
+            found["lead"] = lead
         if j.qs:
             found["q"] = self._coordinate(j)
             found["zero"] = j.card.zeros[0] if j.card.zeros else 0.0
@@ -116,36 +119,11 @@ class Drawing:
         self.shapes.append({"kind": kind, "card": card.spec.word, "name": card.name, **what})
 
     def arrange(self) -> None:
-        """What shapes that share a place must know of each other, once all are there.
-
-        `to` of bones: everything that is fastened to them. `rings` of a POT: how many others lie within it. `below` of a
-        joint, or of what is elastic at one: a motor covers it. `radii` of a GEAR between pins that stand apart [m]: its wheels,
-        in the ratio's proportion; they touch (`meshed`) where they turn against each other, and have one between them otherwise.
-        A body that is nothing but a wheel (`spin`) takes the largest of its own."""
-        pots: dict[str, int] = {}
-        motors = {str(s["a"]) for s in self.shapes if s["kind"] == "motor"}
-        wheels: dict[int, float] = {}
+        """What shapes must know of each other."""
         for s in self.shapes:
             if s["kind"] == "bones":
                 s["to"] = self.attached(self.names[int(s["at"][0])])
-            elif s["kind"] == "pot":
-                s["rings"] = pots[str(s["a"])] = pots.get(str(s["a"]), -1) + 1
-            elif s["kind"] == "joint" or (s["kind"] in ("spring", "damper") and "a" in s):
-                s["below"] = str(s["a"]) in motors
-            elif s["kind"] == "gear":
-                (a, b), ratio = (s["first"], s["second"]), abs(s["ratio"])
-                apart = abs(a["a"][1] - b["a"][1]) + abs(a["a"][2] - b["a"][2])
-                both = a["a"][0] == b["a"][0] and a["joint"] == b["joint"] == "pin"
-                if both and apart and ratio:
-                    s["meshed"] = s["ratio"] < 0
-                    large = apart * (1.0 / (1.0 + min(ratio, 1.0 / ratio)) if s["meshed"] else 0.38)
-                    s["radii"] = [large / max(ratio, 1.0), large * min(ratio, 1.0)]
-                    for joint, radius in zip((a, b), s["radii"], strict=True):
-                        body = int(joint["b"][0])
-                        wheels[body] = max(radius, wheels.get(body, 0.0))
-        for s in self.shapes:
-            if s["kind"] == "bones" and s["spin"]:
-                s["spin"] = wheels.get(int(s["at"][0]), 0.38 * s["spin"])
+        arrange(self.shapes)
 
     # the whole --------------------------------------------------------------------------------------------
 
@@ -192,11 +170,13 @@ def _side_by_side(m: Mechanism) -> dict[str, float]:
     """Shafts of a drive train all turn about one point: bodies without a shape that are pinned there, to ground or
     to one another, are drawn beside one another, this far to the right [m]."""
     found: dict[str, float] = {}
+    placed = set(_meshing(m))
     for j in m.joints.values():
         body = m.bodies.get(j.b)
         if (
             body is None
             or body.shape is not None
+            or j.b in placed
             or j.kind.carries != "turn"
             or any((*body.centre, *j.pa, *j.pb))
         ):
@@ -204,6 +184,15 @@ def _side_by_side(m: Mechanism) -> dict[str, float]:
         if j.a == GROUND or j.a in found:
             found[j.b] = len(found) * WHEEL
     return found
+
+
+def _meshing(m: Mechanism) -> Iterator[str]:
+    """Bodies that mesh where they are: on gears whose shafts stand apart on one carrier."""
+    for card in m.active:
+        if card.spec.word == "GEAR":
+            a, b = (m.joints[ref.name] for _, _, ref in card.terminals)
+            if a.a == b.a and a.pa != b.pa and a.kind.carries == b.kind.carries == "turn":
+                yield from (a.b, b.b)
 
 
 def draw(m: Mechanism) -> Drawing:

@@ -11,7 +11,9 @@ Inertia about the centre of mass of the shapes (homogeneous):
 
 from __future__ import annotations
 
-from . import shape, shapes
+from math import sqrt
+
+from . import looks, shape, shapes
 from .base import Card, Default, Spec, sets
 
 TYPE_CHECKING = False
@@ -26,6 +28,7 @@ class Body(Card):
     spec = Spec(
         "BODY",
         "BODY name m= [j=] [com=(x,y)] [shape=rod(l)/box(w,h)/disc(r)/polygon(x1,y1,..)] "
+        "[look=ball(r)/wheel(r)/gear(r,z)/wagon(l,h)/plate(w,h)] "
         "[x= y= angle= vx= vy= omega=, in space z= vz= rot= omega=(wx,wy,wz)] [fixed=yes]",
         terminals="",
         mark=("m", "shape", "fixed"),
@@ -46,6 +49,7 @@ class Body(Card):
             "rod(l[,w]) along +x from the origin, box(w,h) or disc(r) centred, polygon(x1,y1,..)",
             "shape",
         ),
+        look=Default(None, "", f"its picture alone: {looks.FORM}", "shape"),
         fixed=Default(False, "", "fixed to the ground at x, y, angle", "flag"),
         x=Default(0.0, "m", "start position of the origin, free bodies"),
         y=Default(0.0, "m", "start position of the origin, free bodies"),
@@ -66,6 +70,7 @@ class Body(Card):
     j: tuple[float, ...] | None
     com: tuple[float, ...] | None
     shape: Any
+    look: Any
     fixed: bool
     x: float
     y: float
@@ -94,6 +99,11 @@ class Body(Card):
             jx, jy, jz, jxy = (self.m * j for j in self.outline.inertia)
             self.inertia, centre = (jx, jy, jz, jxy, 0.0, 0.0), (*self.outline.centre, 0.0)
             self.spatial_inertia = True
+        self.looks = None
+        if self.look is not None:
+            self.looks = looks.read(self.look, f"BODY {self.name}", self.place("look"), sink)
+            if self.looks is None:
+                return
         if self.com is not None:
             if len(self.com) not in (2, 3):
                 sink.error("E232", f"com= of BODY {self.name} has two or three components", self.place("com"))
@@ -156,18 +166,24 @@ class Body(Card):
         return -self.m * (g[0] * r[0] + g[1] * r[1] + g[2] * r[2])
 
     def glyph(self, draw: Pen) -> None:
-        """Its shape; without one, what joins its centre of mass to everything fastened to it."""
+        """What it looks like, or its shape; without them what joins its centre of mass to everything fastened to it."""
         sizes = [getattr(a, "value", a) for a in getattr(self.shape, "args", ())]
         kind = getattr(self.shape, "fn", "bones")
-        if self.outline is not None and kind == "polygon":
+        if self.looks is not None:
+            kind, sizes = self.looks
+            draw.add(
+                {"plate": "box", "gear": "toothed"}.get(kind, kind), self, at=draw.on(self.name), sizes=sizes
+            )
+        elif self.outline is not None and kind == "polygon":
             shape.outline(draw, self, self.name, self.outline)
         elif kind == "bones":
             at = draw.on(self.name, self.centre)
             known = not draw.planar and self.m > 0.0 and not any(self.inertia[3:])
             inertia = [self.m, *self.inertia[:3]] if known else None
             draw.add(
-                kind, self, at=at, to=draw.attached(self.name), spin=draw.wheel(self.name), inertia=inertia
-            )
+                kind, self, at=at, to=draw.attached(self.name), spin=draw.wheel(self.name), inertia=inertia,
+                planar=draw.planar, gyration=sqrt(2 * self.inertia[2] / self.m) if self.m and self.inertia[2] else 0.0,
+            )  # fmt: skip
         else:
             draw.add(kind, self, at=draw.on(self.name), sizes=sizes)
 

@@ -7,7 +7,9 @@ The cam works on the follower and the follower on the cam with f' times the forc
 
 from __future__ import annotations
 
-from ..expr import Node
+from math import pi
+
+from ..expr import Call, ExprError, Node, Num, Scope, evaluate, rewritten
 from . import touch
 from .base import Card, Own, Required, Spec
 from .touch import Touching
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 
     from ..diagnostics import Sink
     from .base import JointView, Pen, Probes, Scalar, Scene
+
+SEEN = 120  # places of a turn at which a profile is drawn
 
 
 class Cam(Touching, Card):
@@ -103,10 +107,24 @@ class Cam(Touching, Card):
             return {word: lambda: s.reaction(self.name)}
         return self.touch_probes(s, word)
 
+    def _turn(self) -> list[float]:
+        """The lift at SEEN places of a turn and at its end, to be drawn; none of what is no function of numbers alone."""
+
+        def at(angle: float) -> Node:
+            return rewritten(
+                self.lift, lambda n: Num(angle) if isinstance(n, Call) and n.fn == "angle" else None
+            )
+
+        try:
+            return [evaluate(at(2 * pi * k / SEEN), Scope()) for k in range(SEEN + 1)]
+        except ExprError:
+            return []
+
     def glyph(self, draw: Pen) -> None:
         word = "torque" if self.follower.rotary else "force"
         effort: Any = 0.0 if self.grooved else self.probes(draw.m)[word]
         draw.add(
-            "cam", self, first=draw.joint(self.follower.name), second=draw.joint(self.cam.name), unit=self.unit,
+            "cam", self, lift=self._turn() if self.cam.rotary else [],
+            first=draw.joint(self.follower.name), second=draw.joint(self.cam.name), unit=self.unit,
             effort=draw.channel(f"{word}({self.name})", self.unit, effort),
         )  # fmt: skip

@@ -221,6 +221,7 @@ class Camera:
     def draw(self, pen: Pen | SvgPen, t: float) -> None:
         stage = self.stage
         stage.at(t)
+        stage.seen()
         paper(stage, pen)
         if self.traced is not None and t > self.begin:
             count = min(TRACED, 2 + sum(1 for v in stage.time if self.begin <= v <= t))

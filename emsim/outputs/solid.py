@@ -84,7 +84,7 @@ class Solids:
         return np.column_stack([level, 0.22 * np.maximum(0, normal @ halfway) ** 30])
 
     def _turn(self, part: dict[str, Any]) -> tuple[Any, Any] | None:
-        """Where a part's points are in the world [m]: the origin, and the matrix of its axes; None for a strut without a length."""
+        """Where a part's points are in the world [m]: origin and matrix of its axes; None for a strut without a length."""
         stage = self.stage
         if "at" in part:
             return stage.world(part["at"]), stage.poses[int(part["at"][0])].turn

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 YAW, PITCH = -0.6, -0.45  # [rad]
 MARGIN = 46 / 480  # of the width
 SWEPT = 240  # times at which the room is measured that the machine needs
+BESIDE = 0.4  # of that room, as much of a floor is seen beside it
+LOST = 0.15  # of the room that it crosses: a machine that is smaller is followed
 
 
 class Pose:
@@ -62,9 +64,12 @@ class Stage:
         self.values: list[float] = []
         self.poses: list[Pose] = []
         self.at(float(self.time[0]))
+        self.follow, self.room = False, 0.0
         self.box = self._measure()
         self.size = max(self.box[2] - self.box[0], self.box[3] - self.box[1]) or 1e-3
         self._fit(width)
+        if self.follow:
+            self.size = self.room
 
     # the instant -------------------------------------------------------------------------------------
 
@@ -148,30 +153,57 @@ class Stage:
 
     def _measure(self) -> tuple[float, float, float, float]:
         """The box that the machine sweeps [m]: left, bottom, right, top."""
-        corners: list[tuple[float, float]] = []
+        corners: list[Point] = []
+        largest = [0.0, 0.0]
         reach = extents(self.shapes)
         for t in self.time[:: max(1, len(self.time) // SWEPT)]:
             self.at(float(t))
-            for place, about in reach:
-                x, y = self.flat(self.world(place))
-                if math.isfinite(x + y):
-                    corners += [(x - about, y - about), (x + about, y + about)]
+            corners += self._corners([one for one in reach if len(one) < 3])
+            now = self._corners([one for one in reach if len(one) < 3 or one[2] == 1])
+            for k in (0, 1) if now else ():
+                largest[k] = max(largest[k], max(p[k] for p in now) - min(p[k] for p in now))
         self.at(float(self.time[0]))
+        cut = self._corners([one for one in reach if len(one) > 2])
+        corners = corners or cut
         if not corners:
             return -1.0, -1.0, 1.0, 1.0
         xs, ys = zip(*corners, strict=True)
+        room = BESIDE * max(max(xs) - min(xs), max(ys) - min(ys))
+        # of what stands still and goes on, as much as stands beside the rest
+        xs += tuple(min(max(x, min(xs) - room), max(xs) + room) for x, _ in cut)
+        ys += tuple(min(max(y, min(ys) - room), max(ys) + room) for _, y in cut)
         # what ties a slide to its wall is drawn from behind the joint
         far = 0.25 * max(max(xs) - min(xs), max(ys) - min(ys))
         for s in self.shapes:
             if walled(s) and far > 0:
                 along = self.poses[int(s["a"][0])].turn @ np.asarray(s["axis"], dtype=float)
-                x, y = self.flat(self.world(s["a"]) - far * along)
+                x, y = self.flat(self.world(s["a"]) + (far if s["ahead"] else -far) * along)
                 xs, ys = (*xs, x), (*ys, y)
+        whole = max(max(xs) - min(xs), max(ys) - min(ys))
+        # what would be lost in the room that it crosses: the camera goes with it
+        self.follow = 0.0 < max(largest) < LOST * whole
+        self.room = 2.5 * max(largest)
         return min(xs), min(ys), max(xs), max(ys)
+
+    def _corners(self, reach: list[list[Any]]) -> list[Point]:
+        found: list[Point] = []
+        for place, about, *_ in reach:
+            x, y = self.flat(self.world(place))
+            if math.isfinite(x + y):
+                found += [(x - about, y - about), (x + about, y + about)]
+        return found
+
+    def seen(self) -> None:
+        """A camera that follows looks at where the machine is now."""
+        if self.follow and (now := self._corners([one for one in extents(self.shapes) if len(one) < 3])):
+            xs, ys = zip(*now, strict=True)
+            self.middle = ((min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2)
 
     def _fit(self, width: int) -> None:
         left, bottom, right, top = self.box
         w, h = max(right - left, 0.25 * self.size), max(top - bottom, 0.25 * self.size)
+        if self.follow:
+            w = h = self.room
         self.width, margin = width, MARGIN * width
         self.height = 2 * round((width * min(max(h / w, 0.45), 1.15) + 0.65 * margin) / 2)
         self.middle = ((left + right) / 2, (bottom + top) / 2)

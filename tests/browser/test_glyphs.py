@@ -31,6 +31,10 @@ BODY rotor m=0 j=1m
 BODY ball m=1 shape=disc(0.02)
 BODY follower m=0.1
 BODY skate m=1 j=0.01
+BODY globe m=1 look=ball(0.03)
+BODY tyre m=1 j=1m look=wheel(0.05)
+BODY cog m=1 j=1m look=gear(0.05,17)
+BODY van m=1 look=wagon(0.1,0.04)
 SHAPE foot 0 polygon(0.5,-0.4,0.7,-0.4,0.6,-0.3)
 JOINT ice 0 skate planar ic=(0.6,-0.3,20deg)
 KNIFE blade skate 0 along=(1,0)
@@ -40,6 +44,10 @@ JOINT rail 0(0,-0.4) cart slide
 JOINT shaft 0(-0.3,0) rotor pin
 JOINT free 0(0.3,-0.2) ball slide axis=(0,1)
 JOINT lift 0(-0.3,0.3) follower slide axis=(0,1)
+JOINT thrown 0(0.2,0.3) globe slide ic=(0,0.1)
+JOINT hub 0(0.6,0.4) tyre pin ic=(0,3)
+JOINT spindle 0(0.75,0.4) cog pin ic=(0,2)
+JOINT road 0(0.3,0.5) van slide ic=(0,0.2)
 BELT b1 axle shaft r1=0.05 r2=0.1 k=100
 STOP s1 hinge min=-60deg max=60deg k=100
 STOP s2 rail min=-0.05 max=0.05 k=1k

@@ -169,9 +169,11 @@ def test_a_gimbal_is_rings_about_a_rotor(page_of: Any) -> None:
 
 
 CARD = """() => { const own = WebGL2RenderingContext.prototype.getExtension;
-    WebGL2RenderingContext.prototype.getExtension = function (name) { return /debug/.test(name) ? null : own.call(this, name); }; }"""
+    WebGL2RenderingContext.prototype.getExtension = function (name) {
+        return /debug/.test(name) ? null : own.call(this, name); }; }"""
 BOTH = """() => { const m = window.emsim.machine, s = m.solids, found = {};
-    const shot = (how) => { const ctx = Object.assign(document.createElement('canvas'), { width: 300, height: 300 }).getContext('2d');
+    const shot = (how) => { const sheet = Object.assign(document.createElement('canvas'), { width: 300, height: 300 });
+        const ctx = sheet.getContext('2d');
         ctx.scale(300 / m.width, 300 / m.height);
         const was = s.ground; s.ground = null; how(ctx); s.ground = was;
         return ctx.getImageData(0, 0, 300, 300).data; };

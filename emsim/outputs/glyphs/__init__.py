@@ -19,6 +19,7 @@ from .friction import friction
 from .gear import gear
 from .joint import joint
 from .knife import knife
+from .looks import ball, spoked, toothed_body, wagon
 from .motor import motor
 from .polygon import polygon
 from .pot import pot
@@ -40,7 +41,8 @@ if TYPE_CHECKING:
 
 GLYPHS: dict[str, Glyph] = {
     "rod": (0, rod), "box": (0, box), "disc": (0, disc), "polygon": (0, polygon), "bones": (0, bones),
-    "joint": (1, joint), "spring": (1, elastic), "damper": (1, elastic), "gear": (1, gear), "belt": (1, belt), "cam": (1, cam),
+    "ball": (0, ball), "wheel": (0, spoked), "toothed": (0, toothed_body), "wagon": (0, wagon),
+    "joint": (1, joint), "spring": (1, elastic), "damper": (1, elastic), "gear": (0, gear), "belt": (1, belt), "cam": (0, cam),
     "stop": (1, stop), "contact": (1, contact), "ratio": (1, ratio), "knife": (1, knife), "rope": (1, rope),
     "friction": (1, friction),
     "motor": (2, motor), "pot": (2, pot), "force": (2, force), "torque": (2, torque), "drive": (2, drive),

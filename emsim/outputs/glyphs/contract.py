@@ -30,6 +30,10 @@ class Scene(Protocol):
     @property
     def planar(self) -> bool: ...
     @property
+    def follow(self) -> bool: ...  # the camera goes with the machine
+    @property
+    def middle(self) -> Sequence[float]: ...  # of the picture, on its plane [m]
+    @property
     def arrows(self) -> bool: ...
     @property
     def scale(self) -> float: ...

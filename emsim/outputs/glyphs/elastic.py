@@ -28,7 +28,7 @@ def elastic(m: Scene, pen: Pen, s: Shape) -> None:
     if s["joint"] == "slide":
         # from a wall on the far side of the joint's range, so that it has a length to change
         angle, back, off = m.axis_angle(s), 0.3 * min(m.width, m.height), -11 * u if springy else 11 * u
-        wall = framed(a, angle, -back, off)
+        wall = framed(a, angle, back if s["ahead"] else -back, off)
         between(pen, wall, framed(b, angle, 0, off), springy, colour, width)
         pen.line([framed(wall, angle, 0, -9 * u), framed(wall, angle, 0, 9 * u)], colour, width)
         pen.label(wall, 6, -10 if springy else 22, s["name"], colour)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     Vector = list[float]
 
 ROUND = 40  # sides of what is round
-TURNS = 9  # of a spring
+COILS = 9  # turns of a spring
 WIRE = 14  # points of a turn
 CREASE = 0.65  # cosine of the angle up to which faces are one surface: the 45 degrees of eight sides are
 
@@ -98,7 +98,7 @@ def hoop(axis: Vector, r: float, wire: float) -> list[Any]:
     return sheet(rings)
 
 
-def ball(r: float) -> list[Any]:
+def globe(r: float) -> list[Any]:
     rings = []
     for k in range(13):
         turn = math.pi * (k + 0.02) / 12.04 - math.pi / 2
@@ -109,10 +109,10 @@ def ball(r: float) -> list[Any]:
 def coiled(r: float, wire: float) -> list[Any]:
     """A spring along x from 0 to 1; its radius in metres."""
     rings = []
-    n = TURNS * WIRE
+    n = COILS * WIRE
     for k in range(n + 1):
         turn = 2 * math.pi * k / WIRE
-        u, v = [0, math.cos(turn), math.sin(turn)], [0.12 / TURNS, 0, 0]
+        u, v = [0, math.cos(turn), math.sin(turn)], [0.12 / COILS, 0, 0]
         rings.append(ring([0.06 + 0.88 * k / n, r * u[1], r * u[2]], times(u, wire), v, 1.0, 8))
     return sheet(rings)
 
@@ -162,7 +162,7 @@ def sheet(rings: list[list[Vector]]) -> list[Any]:
 
 
 def normals(points: list[Vector], faces: list[list[int]]) -> list[list[Vector]]:
-    """Of every corner of every face: the mean over the faces that are one surface there, by their areas. Unit vectors, outwards."""
+    """Unit vectors outwards, of every corner of every face: the mean, by area, over the faces that are one surface there."""
     about: list[list[int]] = [[] for _ in points]
     own, whole = [], 0.0
     for f in range(len(faces)):

@@ -20,6 +20,8 @@ FAR = [26, -26, 39, 52]  # px that the name of what acts may be off; that of a b
 
 def paper(m: Scene, pen: Pen) -> None:
     u = pen.unit
+    if m.follow:
+        standing(m, pen)
     metres = 90 * u / m.scale
     ten = 10.0 ** math.floor(math.log10(metres))
     step = 5 * ten if 5 * ten <= metres else 2 * ten if 2 * ten <= metres else ten
@@ -44,6 +46,23 @@ def paper(m: Scene, pen: Pen) -> None:
             tip = [origin[0] + 24 * u * dx, origin[1] - 24 * u * dy]
             pen.line([origin, tip], "ground", 1.2)
             pen.write(tip[0] + 6 * u * dx, tip[1] - 6 * u * dy, ["x", "y", "z"][k], "ground", "mm")
+
+
+def standing(m: Scene, pen: Pen) -> None:
+    """Lines that stand still behind a camera that moves."""
+    ten = 10.0 ** math.floor(math.log10(80 / m.scale))
+    step = 10 * ten
+    for k in [5, 2]:
+        if k * ten * m.scale >= 40:
+            step = k * ten
+    x, y = m.middle
+    w, h = m.width / m.scale / 2, m.height / m.scale / 2
+    for k in range(math.ceil((x - w) / step), math.floor((x + w) / step) + 1):
+        px = m.width / 2 + (k * step - x) * m.scale
+        pen.line([[px, 0], [px, m.height]], "ground", 0.6, 0.0, 0.35)
+    for k in range(math.ceil((y - h) / step), math.floor((y + h) / step) + 1):
+        py = m.height / 2 - (k * step - y) * m.scale
+        pen.line([[0, py], [m.width, py]], "ground", 0.6, 0.0, 0.35)
 
 
 def called(m: Scene, pen: Pen) -> None:

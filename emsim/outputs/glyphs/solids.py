@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import math
 
+from .gear import toothed
 from .marks import moved
-from .meshes import across, ball, block, coiled, cross, cylinder, hoop, plus, thread, times, unit
+from .meshes import across, block, coiled, cross, cylinder, globe, hoop, plus, prism, thread, times, unit
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -41,11 +42,17 @@ def solids(shapes: list[Shape], size: float) -> list[Any]:
             found.append(solid(s["at"], block([w / 2, 0, 0], [0, h / 2, 0], [0, 0, d / 2]), "body"))
         elif kind == "disc":
             wheel_of(found, s["at"], [0, 0, 1], s["sizes"][0], t)
+        elif kind in ["ball", "wheel", "toothed", "wagon"]:
+            look_of(found, s, shapes)
         elif kind == "bones":
             bones_of(found, s, shapes, t)
         elif kind == "joint":
             joint_of(found, s, size, t)
-        elif kind == "contact" and s["axis"]:
+        elif (
+            kind == "contact"
+            and s["axis"]
+            and not any(b["kind"] == "wheel" and b["at"] == s["p"] for b in shapes)
+        ):
             wheel_of(found, s["p"], s["axis"], s["r"], t)
         elif kind == "spring" and "p" in s:
             found.append(strut(s["p"], s["q_"], coiled(2.2 * t, 0.4 * t), "coil"))
@@ -57,7 +64,7 @@ def solids(shapes: list[Shape], size: float) -> list[Any]:
 
 def is_solid(planar: bool, s: Shape) -> bool:
     """Is it drawn as a solid, and by no glyph?"""
-    bodies = s["kind"] in ["rod", "box", "disc", "bones", "joint"]
+    bodies = s["kind"] in ["rod", "box", "disc", "bones", "joint", "ball", "wheel", "toothed", "wagon"]
     return not planar and (bodies or (s["kind"] in ["spring", "damper"] and "p" in s))
 
 
@@ -103,7 +110,7 @@ def bones_of(found: list[Any], s: Shape, shapes: list[Shape], t: float) -> None:
                 return
         found.append(solid(at, block([w / 2, 0, 0], [0, h / 2, 0], [0, 0, d / 2]), "body"))
     elif others:
-        found.append(solid(at, ball(1.9 * t), "body"))
+        found.append(solid(at, globe(1.9 * t), "body"))
     else:
         found.append(solid(at, block([2.5 * t, 0, 0], [0, 2.5 * t, 0], [0, 0, 2.5 * t]), "body"))
 
@@ -159,12 +166,59 @@ def shaft_of(found: list[Any], s: Shape, shapes: list[Shape], t: float) -> None:
         found.append(solid(at, hoop(unit(normal), s["spin"] * (1.06 + 0.22 * carried), t), "body"))
 
 
+def look_of(found: list[Any], s: Shape, shapes: list[Shape]) -> None:
+    """What look= says, its axis that of the pin on which it turns, else z."""
+    at, r, axis = s["at"], s["sizes"][0], [0.0, 0.0, 1.0]
+    for j in shapes:
+        if j["kind"] == "joint" and j["sort"] == "pin" and j["b"][0] == at[0]:
+            axis = unit(j["axis"])
+    if s["kind"] == "ball":
+        found.append(solid(at, globe(r), "body"))
+        found.append(solid(at, hoop([0, 1, 0], 0.995 * r, 0.03 * r), "soft"))
+        found.append(solid(at, hoop([1, 0, 0], 0.995 * r, 0.03 * r), "soft"))
+    elif s["kind"] == "wheel":
+        tyre_of(found, at, axis, r)
+    elif s["kind"] == "toothed":
+        u = across(axis)
+        flat = toothed([0.0, 0.0], r, int(s["sizes"][1]), 0.0)
+        v = cross(axis, u)
+        # y of an outline points down
+        outline = [plus(times(u, p[0]), times(v, -p[1])) for p in flat]
+        found.append(solid(at, prism(outline, times(axis, 0.12 * r), 0.01 * r), "body"))
+        found.append(solid(at, cylinder(times(axis, -0.2 * r), times(axis, 0.2 * r), 0.25 * r), "soft"))
+    else:
+        w, h = r / 2, s["sizes"][1] / 2
+        found.append(solid(at, block([w, 0, 0], [0, h, 0], [0, 0, 0.6 * w]), "body"))
+        for x in [-0.6, 0.6]:
+            for z in [-0.6, 0.6]:
+                tyre_of(found, moved(at, x * w, -h, z * w), [0.0, 0.0, 1.0], 0.7 * h)
+
+
+def tyre_of(found: list[Any], at: Place, axis: Vector, r: float) -> None:
+    """A tyre, its spokes and its hub."""
+    u = across(axis)
+    v = cross(axis, u)
+    found.append(solid(at, hoop(axis, 0.93 * r, 0.07 * r), "soft"))
+    for k in range(8):
+        c, d = math.cos(k * math.pi / 4), math.sin(k * math.pi / 4)
+        end = [0.9 * r * (c * u[i] + d * v[i]) for i in range(3)]
+        found.append(solid(at, cylinder([0.0, 0.0, 0.0], end, 0.018 * r), "edge"))
+    found.append(solid(at, cylinder(times(axis, -0.14 * r), times(axis, 0.14 * r), 0.11 * r), "body"))
+
+
 def joint_of(found: list[Any], s: Shape, size: float, t: float) -> None:
     axis, sort, fixed = s["axis"], s["sort"], s["a"][0] == 0
     colour = "ground" if fixed else "soft"
     if s["joint"] == "none":
         return
-    if s["joint"] == "slide":
+    if sort == "screw":
+        reach = size if fixed else 12 * t
+        found.append(solid(s["a"], cylinder(times(axis, -reach), times(axis, reach), 1.3 * t), "soft"))
+        # less than eight turns would not be seen as a thread
+        lead = math.copysign(min(abs(s["lead"]), reach / 4), s["lead"])
+        found.append(solid(s["a"], thread(axis, 1.3 * t, lead, 2 * reach), "soft"))
+        found.append(solid(s["b"], cylinder(times(axis, -2 * t), times(axis, 2 * t), 2.6 * t), "body"))
+    elif s["joint"] == "slide":
         far = size if fixed else 6 * t
         rail = 0.5 * t
         found.append(solid(s["a"], cylinder(times(axis, -far), times(axis, far), rail), colour))
@@ -176,7 +230,7 @@ def joint_of(found: list[Any], s: Shape, size: float, t: float) -> None:
     elif s["joint"] == "weld":
         found.append(solid(s["b"], block([1.2 * t, 0, 0], [0, 1.2 * t, 0], [0, 0, 1.2 * t]), colour))
     elif sort == "ball" or sort == "universal":
-        found.append(solid(s["b"], ball(1.9 * t), colour))
+        found.append(solid(s["b"], globe(1.9 * t), colour))
     else:
         found.append(solid(s["a"], cylinder(times(axis, -2.6 * t), times(axis, 2.6 * t), 1.5 * t), colour))
 

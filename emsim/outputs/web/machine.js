@@ -12,7 +12,7 @@ class Machine {
     this.upright = !this.planar && Math.abs(this.gravity[2]) > Math.hypot(this.gravity[0], this.gravity[1]);
     this.measure();
     this.fit();
-    if (!this.planar) this.solids = Object.assign(new Solids(this.scene.shapes, this.size), { ground: this.ground() });
+    if (!this.planar) this.solids = Object.assign(new Solids(this.scene.shapes, this.follow ? 2.5 * Math.max(...this.largestPose) : this.size), { ground: this.ground() });
     clock.listen(() => this.draw());
     this.sizes = new ResizeObserver(() => { if (this.width !== this.room()) { this.fit(); this.draw(); } });
     this.sizes.observe(canvas.parentElement);
@@ -96,6 +96,7 @@ class Machine {
     const box = [Infinity, Infinity, -Infinity, -Infinity], poses = [0, 0];
     for (const scene of this.scenes) this.measureOne(scene, box, poses);
     this.scene = this.run.scene;
+    this.beside(box);
     this.largestPose = poses;
     this.box = Number.isFinite(box[0]) ? box : [-1, -1, 1, 1];
     this.size = Math.max(this.box[2] - this.box[0], this.box[3] - this.box[1]) || 1e-3;
@@ -111,17 +112,24 @@ class Machine {
     for (let k = 0; k < time.length; k += stride) {
       const now = this.boxAt(time[k]);
       for (const i of [0, 1]) { box[i] = Math.min(box[i], now[i]); box[i + 2] = Math.max(box[i + 2], now[i + 2]); }
-      if (now[2] >= now[0]) { wide = Math.max(wide, now[2] - now[0]); tall = Math.max(tall, now[3] - now[1]); }
+      const whole = this.boxAt(time[k], (one) => one.length < 3 || one[2] === 1);
+      if (whole[2] >= whole[0]) { wide = Math.max(wide, whole[2] - whole[0]); tall = Math.max(tall, whole[3] - whole[1]); }
     }
     largest[0] = Math.max(largest[0], wide);
     largest[1] = Math.max(largest[1], tall);
     // what ties a slide to its wall is drawn from behind the joint
     const far = 0.25 * Math.max(box[2] - box[0], box[3] - box[1]);
     for (const s of shapes) if (drawn.walled(s) && far > 0) {
-      const pose = this.pose(s.a[0], time[0]), [x, y] = this.flat(this.world(s.a, { [s.a[0]]: pose })), [dx, dy] = this.flat(this.turned(pose, s.axis));
+      const pose = this.pose(s.a[0], time[0]), [x, y] = this.flat(this.world(s.a, { [s.a[0]]: pose })), [dx, dy] = this.flat(this.turned(pose, s.axis)).map((d) => (s.ahead ? -d : d));
       box[0] = Math.min(box[0], x - far * dx); box[1] = Math.min(box[1], y - far * dy);
       box[2] = Math.max(box[2], x - far * dx); box[3] = Math.max(box[3], y - far * dy);
     }
+  }
+  // of what stands still and goes on, as much as stands beside the rest
+  beside(box) {
+    const still = this.boxAt(this.scene.time[0], (one) => one.length > 2), room = 0.4 * Math.max(box[2] - box[0], box[3] - box[1]);
+    if (!Number.isFinite(box[0]) || !Number.isFinite(still[0])) { still.forEach((v, i) => { if (!Number.isFinite(box[i])) box[i] = v; }); return; }
+    for (const i of [0, 1]) { box[i] = Math.min(box[i], Math.max(still[i], box[i] - room)); box[i + 2] = Math.max(box[i + 2], Math.min(still[i + 2], box[i + 2] + room)); }
   }
   // where the middle of what is seen lies towards the eye [m]
   measureDepth() {
@@ -147,9 +155,9 @@ class Machine {
     return Number.isFinite(x) ? { at: above.map((e, i) => x * u[i] + y * v[i] + z * e), above, u, v, size: this.size } : null;
   }
   // the box of all places at an instant
-  boxAt(t) {
+  boxAt(t, of = (one) => one.length < 3) {
     const box = [Infinity, Infinity, -Infinity, -Infinity], poses = this.scene.bodies.map((_, b) => this.pose(b, t));
-    for (const [place, about] of this.scene.places) {
+    for (const [place, about] of this.scene.places.filter(of)) {
       const [x, y] = this.flat(this.world(place, poses));
       if (!Number.isFinite(x + y)) continue;
       box[0] = Math.min(box[0], x - about); box[1] = Math.min(box[1], y - about);
@@ -247,7 +255,6 @@ class Machine {
         this.middle = this.moved && this.followed ? this.middle.map((m, i) => m + now[i] - this.followed[i]) : now;
         this.followed = now;
       }
-      this.lines(ctx);
     }
     const pen = (this.pen = new Pen(ctx, this.colour, this.labels));
     drawn.paper(this, pen);
@@ -278,15 +285,6 @@ class Machine {
     const far = (s) => { const at = s.kind === "transducer" ? s.b : s.a; return at ? Math.hypot(...this.place(at).map((v, i) => v - [x, y][i])) : Infinity; };
     const found = this.scene.shapes.filter((s) => ["motor", "pot", "transducer"].includes(s.kind)).sort((a, b) => far(a) - far(b))[0];
     return found && far(found) < 30 ? found.name : null;
-  }
-  // lines that stand still behind a camera that moves
-  lines(ctx) {
-    const ten = 10 ** Math.floor(Math.log10(80 / this.scale)), step = [10, 5, 2].find((m) => m * ten * this.scale >= 40) * ten || 10 * ten;
-    ctx.strokeStyle = this.colour("line");
-    ctx.lineWidth = 1;
-    const [x, y] = this.middle, w = this.width / this.scale / 2, h = this.height / this.scale / 2;
-    for (let k = Math.ceil((x - w) / step); k * step <= x + w; k++) { const px = this.centre[0] + (k * step - x) * this.scale; line(ctx, px, 0, px, this.height); }
-    for (let k = Math.ceil((y - h) / step); k * step <= y + h; k++) { const py = this.centre[1] - (k * step - y) * this.scale; line(ctx, 0, py, this.width, py); }
   }
   drawTrace(pen, t) {
     const point = this.scene.points.find((p) => p.name === this.trace), { time } = this.scene;
