@@ -9,7 +9,7 @@ POT             rings    how many others lie within it
 GEAR            radii    of its wheels [m], teeth  their numbers
                 law      how they mesh: "outer", "inner" (the larger is a ring), "idler" (one is between them)
                 known    which of its wheels stands as an earlier gear says, by  the number of that
-                lead     a slide and a pin: "screw", "rope" or "string" (unwound from the wheel that hangs in it), r its radius [m]
+                lead     a slide and a pin: "screw", "rope" or "string" (unwound from a wheel that hangs in it), r its radius [m]
 CAM             slots    of a Geneva wheel
 FRICTION        plates   of a clutch: where the two shafts stand
 """

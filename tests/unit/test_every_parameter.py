@@ -23,6 +23,7 @@ from emsim.elements.modules import names, shipped
 NOT_IN_THE_EQUATIONS = {
     "R noisy", "R noise", "R model kf", "R model af", "R model wf", "R model lf", "R model ef",  # .noise reads them
     "D model kf", "D model af", "DAMPER noisy",
+    "BODY look",  # changes the picture alone: tests/unit/outputs/test_looks.py
     "R ac",  # of small signals: tests/ngspice/test_operating_values.py
     "V distof1", "V distof2", "I distof1", "I distof2",  # .disto reads them
     "R bv_max", "C bv_max", "L bv_max", "R model bv_max", "C model bv_max",  # limits that ngspice only warns of
