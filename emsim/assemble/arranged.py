@@ -62,8 +62,8 @@ def _boned(s: Shape, shapes: list[Shape], wheels: dict[int, float], drawn: set[i
     elif free and body in wheels:
         s["spin"] = wheels[body]
     elif free and s["planar"]:
-        turned = any(j["kind"] == "joint" and j["b"][0] == body and j["sort"] == "pin" for j in shapes)
-        s["spin"] = s["gyration"] if turned else 0.0
+        sorts = [j["sort"] for j in shapes if j["kind"] == "joint" and body in (j["a"][0], j["b"][0])]
+        s["spin"] = s["gyration"] if sorts == ["pin"] else 0.0
     if touches and free:
         s["round"] = max(touches)
 

@@ -26,6 +26,20 @@ def test_every_row_is_a_deck_and_most_decks_have_one(rows):
     assert len(there) - len(names) < 0.1 * len(there), sorted(there - set(names))
 
 
+def test_every_deck_of_a_machine_was_looked_at(rows):
+    """Those that a sheet shows: with a run over time or a sweep."""
+    judged = {name for name, _, machine, _ in rows if machine}
+    for path in ROOT.rglob("*.cir"):
+        text = path.read_text()
+        if re.search(r"^BODY\s", text, re.M | re.I) and re.search(r"^\.(tran|dc)\s", text, re.M | re.I):
+            assert str(path.relative_to(ROOT).with_suffix("")) in judged
+
+
+def test_three_machines_in_a_hundred_are_poor_at_most(rows):
+    judged = [machine for _, _, machine, _ in rows if machine]
+    assert judged.count("poor") <= 0.03 * len(judged)
+
+
 @pytest.mark.parametrize("column", [1, 2], ids=["circuits", "machines"])
 def test_one_in_twenty_is_poor_at_most(rows, column):
     judged = [row[column] for row in rows if row[column]]
