@@ -576,6 +576,8 @@ def _table(assembly: Assembly, r: Run) -> Table:
         stats["open"] = assembly.machine.widest([wide for _, wide in r.waves.gaps])
     grid = None if r.grid is None else (r.grid[0], r.grid[2], r.grid[1])
     scene = None if drawing is None else Scene(drawing.data(), Part(r.channels, 0, moving))
+    if r.swing is not None and assembly.drawn is not None:
+        scene = Scene(assembly.drawn.data(), r.swing[1], r.swing[0])
     circuit = _circuit(assembly, r, moving)
     more = {"grid": grid, "stats": stats, "scene": scene, "energy": ledger, "circuit": circuit}
     return _named(assembly, r, status=r.waves.status, **more)

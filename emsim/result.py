@@ -74,15 +74,16 @@ class Columns:
 
 class Scene:
     """The drawing of a machine (assemble/drawing.py) or of a circuit (schematic/picture.py, assemble/flows.py) and the columns
-    that move it, beside a table's time."""
+    that move it, beside a table's time, or an `axis` of its own: modes swing while the page's clock stands at their number."""
 
-    __slots__ = ("data", "waves")
+    __slots__ = ("axis", "data", "waves")
 
-    def __init__(self, data: dict[str, Any], waves: Waves) -> None:
-        self.data, self.waves = data, waves
+    def __init__(self, data: dict[str, Any], waves: Waves, axis: array[float] | None = None) -> None:
+        self.data, self.waves, self.axis = data, waves, axis
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Scene, (self.data, Columns(self.waves.column(k) for k in range(self.waves.columns)))
+        columns = Columns(self.waves.column(k) for k in range(self.waves.columns))
+        return Scene, (self.data, columns, self.axis)
 
 
 class Table:

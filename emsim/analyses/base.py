@@ -142,6 +142,7 @@ class Run:
     uic                  it started from initial values, without an operating point
     channels             columns beyond the named ones, which move a drawing
     trouble              diagnostics of a run that did not reach its end
+    swing                what moves the machine's drawing on an axis of its own: its values, the channels
     beside               further tables of the same analysis
     stats                counters beside those of the record
     inside               quantities that the record has within the steps too (Waveforms.inside), and the degree of the polynomials
@@ -149,7 +150,7 @@ class Run:
 
     __slots__ = (
         "analysis", "axis", "beside", "channels", "derived", "grid", "inside", "kind", "names", "plotname", "stats", "steps",
-        "store", "trouble", "uic", "units", "waves",
+        "store", "swing", "trouble", "uic", "units", "waves",
     )  # fmt: skip
 
     def __init__(
@@ -171,6 +172,7 @@ class Run:
         inside: tuple[Sequence[Output], int] = ((), 0),
     ) -> None:
         self.beside: list[Run] = []
+        self.swing: tuple[Any, Computed] | None = None
         self.stats: dict[str, Any] = {}
         self.plotname = plotname
         self.analysis, self.kind = analysis, kind or analysis.word

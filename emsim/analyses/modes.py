@@ -13,6 +13,7 @@ import math
 from .ac import linearised, without_delays
 from .base import Analysis, Axis, Computed, Run, derived, recorded
 from .op import is_static
+from .swinging import swinging
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ class Modes(Analysis):
         linear, trouble = linearised(assembly, self, self.static)
         heads = ["mode", "frequency", "damping", "rate"]
         columns: list[Any] = [[] for _ in (*heads, *names)]
+        swing = None
         if linear is not None:
             from .pencil import SingularPencil, dense, eigenvalues, vectors
 
@@ -83,11 +85,15 @@ class Modes(Analysis):
                     [0.0 - s.real for s in found],
                     *([part for z in column for part in (z.real, z.imag)] for column in shapes),
                 ]
+            if linear is not None and not trouble and assembly.drawn is not None:
+                swing = swinging(assembly, linear, vectors(g, c, found))
         waves = Computed(columns, [False] * 4 + [True] * len(names), "failed" if trouble else "ok")
-        return Run(
+        run = Run(
             self, [*heads, *names], ["", "Hz", "", "1/s", *units], waves, self.axis, derived=derived(assembly, self),
             trouble=trouble,
         )  # fmt: skip
+        run.swing = swing
+        return run
 
 
 def _undetermined(analysis: Modes) -> Diagnostic:

@@ -153,7 +153,7 @@ class Films:
         circuit = self._given.has("circuit")
         if circuit and (table.circuit is None or "refused" in table.circuit.data or len(table) < 2):
             deck_error("E373", "there is no circuit to draw", hint="a film of it needs elements and a .tran")
-        if not circuit and (table.scene is None or len(table) < 2):
+        if not circuit and (table.scene is None or table.scene.axis is not None or len(table) < 2):
             hint = "a film needs a BODY and a .tran; --circuit films the circuit"
             deck_error("E354", "there is no machine to draw", hint=hint)
         given, start, trace = self._given, value_of(self._given, "from"), self._given.text("trace")

@@ -195,7 +195,9 @@ def _drawing(table: Table, most: float, count: int, pictures: list[str], whole: 
     log = bool(table.axis and table.axis.log and min(axis) > 0)
     rows, found = frames(array("d", map(log10, axis)) if log else axis, max(count, LEAST)), {}
     if table.scene is not None:
-        found["scene"] = _scene(table.scene, axis, rows, most)
+        own = axis if table.scene.axis is None else table.scene.axis
+        kept = rows if table.scene.axis is None else frames(own, max(count, LEAST))
+        found["scene"] = _scene(table.scene, own, kept, most)
     if table.circuit is not None:
         known = [] if not whole or any(map(table.is_complex, range(len(table.names)))) else table.signals
         found["circuit"] = _circuit(table.circuit, axis, rows, known, most, pictures)

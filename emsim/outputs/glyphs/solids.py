@@ -51,7 +51,7 @@ def solids(shapes: list[Shape], size: float) -> list[Any]:
         elif (
             kind == "contact"
             and s["axis"]
-            and not any(b["kind"] == "wheel" and b["at"] == s["p"] for b in shapes)
+            and not any(b["kind"] == "wheel" and b["at"][0] == s["p"][0] for b in shapes)
         ):
             wheel_of(found, s["p"], s["axis"], s["r"], t)
         elif kind == "spring" and "p" in s:

@@ -158,7 +158,7 @@ async function show(run) {
 // A page by itself begins to play where there is something to be seen moving, unless its reader wants no motion.
 function opensPlaying(run) {
   const moves = run.scene || (run.circuit && !run.circuit.refused), whole = ours() && window.top === window && !document.hidden;
-  return Boolean(moves && whole && run.axisName === "time" && !matchMedia("(prefers-reduced-motion: reduce)").matches);
+  return Boolean(moves && whole && ["time", "mode"].includes(run.axisName) && !matchMedia("(prefers-reduced-motion: reduce)").matches);
 }
 
 // Several analyses of a deck: each is a run of its own with the sheets of all.

@@ -1,4 +1,4 @@
-"""What machines look like: teeth that mesh, cams, Geneva wheels, look= that changes the picture alone, floors that are cut off."""
+"""What machines look like: teeth that mesh, cams, Geneva wheels, look= that changes the picture alone, floors cut off."""
 
 from __future__ import annotations
 
