@@ -13,7 +13,6 @@ import math
 from .ac import linearised, without_delays
 from .base import Analysis, Axis, Computed, Run, derived, recorded
 from .op import is_static
-from .swinging import swinging
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -86,6 +85,8 @@ class Modes(Analysis):
                     *([part for z in column for part in (z.real, z.imag)] for column in shapes),
                 ]
             if linear is not None and not trouble and assembly.drawn is not None:
+                from .swinging import swinging
+
                 swing = swinging(assembly, linear, vectors(g, c, found))
         waves = Computed(columns, [False] * 4 + [True] * len(names), "failed" if trouble else "ok")
         run = Run(

@@ -10,6 +10,7 @@ import math
 from array import array
 
 from .base import Computed
+from .modes import NOTHING
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -17,13 +18,6 @@ if TYPE_CHECKING:
 
     from .._engine import SmallSignal
     from ..assemble import Assembly
-
-FRAMES = 24  # of a swing
-SWINGS = 2  # while the page's clock goes over a mode's number, from half before to half behind
-MOST = 30  # modes
-TURN = 0.35  # rad: as far as the largest turn goes
-NOTHING = 1e-12  # of those: a mode of the circuit alone
-TRAVEL = 0.1  # of the machine's size: as far as the largest travel goes
 
 
 def swinging(assembly: Assembly, linear: SmallSignal, vectors: list[Any]) -> tuple[Any, Computed] | None:
@@ -40,8 +34,12 @@ def swinging(assembly: Assembly, linear: SmallSignal, vectors: list[Any]) -> tup
     rest = linear.x
     still = values(rest)
     size = _size(drawing.data(), still)
+    # as far as the largest turn and the largest travel go: 20 degrees, a tenth of the machine
+    farthest = {"rad": 0.35, "m": 0.1 * size}
+    # pictures of a swing, of which two pass while the page's clock goes from half before a mode's number to half behind
+    count = 24
     axis, columns = array("d"), [array("d") for _ in exprs]
-    for number, v in enumerate(vectors[:MOST], 1):
+    for number, v in enumerate(vectors, 1):
         far = max(map(abs, v), default=0.0)
         if not far:
             continue
@@ -52,17 +50,17 @@ def swinging(assembly: Assembly, linear: SmallSignal, vectors: list[Any]) -> tup
             (
                 complex(start - then, then - quarter) / most
                 for start, quarter, then, unit in zip(starts, quarters, still, units, strict=True)
-                if (most := {"rad": TURN, "m": TRAVEL * size}.get(unit))
+                if (most := farthest.get(unit))
             ),
             key=abs,
             default=0j,
         )
         # what goes farthest stands at its largest where the clock is at the mode's number
         amplitude = small / goes if abs(goes) > NOTHING else 0j
-        swing = [values(_at(rest, v, amplitude, k / FRAMES)) for k in range(FRAMES)]
-        for k in range(SWINGS * FRAMES):
-            axis.append(number - 0.5 + k / (SWINGS * FRAMES))
-            for column, value in zip(columns, swing[k % FRAMES], strict=True):
+        swing = [values(_at(rest, v, amplitude, k / count)) for k in range(count)]
+        for k in range(2 * count):
+            axis.append(number - 0.5 + k / (2 * count))
+            for column, value in zip(columns, swing[k % count], strict=True):
                 column.append(value)
     return (axis, Computed(columns)) if axis else None
 

@@ -24,10 +24,6 @@ if TYPE_CHECKING:
 
     Shape = dict[str, Any]
 
-COARSE = range(12, 33)  # teeth of the smaller wheel; few are seen best
-FINEST = 240  # ... of the larger: more are no longer seen
-WHOLE = 1e-3  # so near to a whole number is one
-
 
 def arrange(shapes: list[Shape]) -> None:
     pots: dict[str, int] = {}
@@ -105,10 +101,7 @@ def _known(s: Shape, before: list[Shape]) -> tuple[int, int | None, list[int] | 
             continue
         for mine, joint in enumerate((s["first"], s["second"])):
             for theirs, its in enumerate((other["first"], other["second"])):
-                if (
-                    joint["b"][0] == its["b"][0]
-                    and abs(s["radii"][mine] / other["radii"][theirs] - 1) < WHOLE
-                ):
+                if joint["b"][0] == its["b"][0] and _same(s["radii"][mine], other["radii"][theirs]):
                     own = other["teeth"][theirs]
                     far = max(1, round(own * s["radii"][1 - mine] / s["radii"][mine]))
                     return mine, by, [own, far] if mine == 0 else [far, own]
@@ -116,11 +109,16 @@ def _known(s: Shape, before: list[Shape]) -> tuple[int, int | None, list[int] | 
 
 
 def _teeth(least: float, first: bool) -> list[int]:
-    """In the ratio's proportion: of the fewest those that are whole, or nearly."""
-    off = {z: abs(z / least - round(z / least)) for z in COARSE}
-    z = next((z for z in COARSE if off[z] < WHOLE), min(COARSE, key=lambda z: off[z]))
+    """In the ratio's proportion, the smaller wheel with 12 to 32: of the fewest those that are whole, or nearly."""
+    off = {z: abs(z / least - round(z / least)) for z in range(12, 33)}
+    z = next((z for z in off if off[z] < 1e-3), min(off, key=lambda z: off[z]))
     pair = [z, round(z / least)]
     return pair if first else pair[::-1]
+
+
+def _same(a: float, b: float) -> bool:
+    """To a thousandth: nobody sees less."""
+    return abs(a - b) < 1e-3 * abs(b)
 
 
 def _led(s: Shape, slide: Shape, pin: Shape, r: float) -> str:
@@ -147,7 +145,7 @@ def _profiled(s: Shape) -> set[int]:
     low, high = min(lift), max(lift)
     if a["joint"] == "pin" and turned > 1e-6 and hypot(*away) > 0:
         n = round(2 * pi / turned)
-        if n >= 3 and abs(n * turned - 2 * pi) < WHOLE:
+        if n >= 3 and _same(n * turned, 2 * pi):
             s["slots"], s["lift"] = n, lift
             return {int(a["b"][0]), int(b["b"][0])}
     axis = a["axis"]

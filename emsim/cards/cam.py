@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from ..diagnostics import Sink
     from .base import JointView, Pen, Probes, Scalar, Scene
 
-SEEN = 120  # places of a turn at which a profile is drawn
-
 
 class Cam(Touching, Card):
     spec = Spec(
@@ -108,7 +106,7 @@ class Cam(Touching, Card):
         return self.touch_probes(s, word)
 
     def _turn(self) -> list[float]:
-        """The lift at SEEN places of a turn and at its end, to be drawn; none of what is no function of numbers alone."""
+        """The lift at every third degree of a turn and at its end, to be drawn; none of what is no function of numbers alone."""
 
         def at(angle: float) -> Node:
             return rewritten(
@@ -116,7 +114,7 @@ class Cam(Touching, Card):
             )
 
         try:
-            return [evaluate(at(2 * pi * k / SEEN), Scope()) for k in range(SEEN + 1)]
+            return [evaluate(at(pi * k / 60), Scope()) for k in range(121)]
         except ExprError:
             return []
 

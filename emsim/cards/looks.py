@@ -24,7 +24,6 @@ LOOKS: dict[str, tuple[int, int]] = {
     "plate": (2, 3),
 }
 FORM = "ball(r), wheel(r), gear(r,teeth), wagon(l,h) or plate(w,h)"
-TEETH = (6, 400)  # fewer are no wheel, more are not seen
 
 
 def read(value: Any, what: str, place: Span, sink: Sink) -> tuple[str, list[float]] | None:
@@ -41,9 +40,7 @@ def read(value: Any, what: str, place: Span, sink: Sink) -> tuple[str, list[floa
         many = f"{low} to {high} sizes" if low != high else f"{low} size" + "s" * (low > 1)
         sink.error("E232", f"{name}(..) of {what} takes {many} in metres, greater than zero", place)
         return None
-    if name == "gear" and not (TEETH[0] <= sizes[1] <= TEETH[1] and float(sizes[1]).is_integer()):
-        sink.error(
-            "E232", f"gear(r,teeth) of {what} has {TEETH[0]} to {TEETH[1]} teeth, a whole number", place
-        )
+    if name == "gear" and not (6 <= sizes[1] <= 400 and float(sizes[1]).is_integer()):
+        sink.error("E232", f"gear(r,teeth) of {what} has 6 to 400 teeth, a whole number", place)
         return None
     return name, sizes

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from .stage import Stage
 
-BIAS = 0.006  # of edges, in parts of the scene's size towards the eye
-
 
 class Solids:
     """Parts of a stage's scene; `draw` gives RGB and where there is something, of `fine` pixels for one."""
@@ -133,6 +131,6 @@ def _edge(pixels: Any, depth: Any, a: Any, b: Any, colour: Any) -> None:
     for dx, dy in ((0, 0), (1, 0), (0, 1), (1, 1)):
         i, j = rows + dy, columns + dx
         inside = (i >= 0) & (i < depth.shape[0]) & (j >= 0) & (j < depth.shape[1])
-        i, j, z = i[inside], j[inside], near[inside] + BIAS
+        i, j, z = i[inside], j[inside], near[inside] + 0.006
         free = z > depth[i, j]
         pixels[i[free], j[free]] = colour

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 YAW, PITCH = -0.6, -0.45  # [rad]
 MARGIN = 46 / 480  # of the width
 SWEPT = 240  # times at which the room is measured that the machine needs
-BESIDE = 0.4  # of that room, as much of a floor is seen beside it
-LOST = 0.15  # of the room that it crosses: a machine that is smaller is followed
 
 
 class Pose:
@@ -168,7 +166,7 @@ class Stage:
         if not corners:
             return -1.0, -1.0, 1.0, 1.0
         xs, ys = zip(*corners, strict=True)
-        room = BESIDE * max(max(xs) - min(xs), max(ys) - min(ys))
+        room = 0.4 * max(max(xs) - min(xs), max(ys) - min(ys))
         # of what stands still and goes on, as much as stands beside the rest
         xs += tuple(min(max(x, min(xs) - room), max(xs) + room) for x, _ in cut)
         ys += tuple(min(max(y, min(ys) - room), max(ys) + room) for _, y in cut)
@@ -181,7 +179,7 @@ class Stage:
                 xs, ys = (*xs, x), (*ys, y)
         whole = max(max(xs) - min(xs), max(ys) - min(ys))
         # what would be lost in the room that it crosses: the camera goes with it
-        self.follow = 0.0 < max(largest) < LOST * whole
+        self.follow = 0.0 < max(largest) < 0.15 * whole
         self.room = 2.5 * max(largest)
         return min(xs), min(ys), max(xs), max(ys)
 

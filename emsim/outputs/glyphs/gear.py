@@ -11,8 +11,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .contract import Pen, Point, Scene, Shape
 
-PRESSED = 0.3490658503988659  # rad: 20 degrees, the angle at which teeth press on one another
-
 
 def gear(m: Scene, pen: Pen, s: Shape) -> None:
     a, b = m.place(s["first"]["a"]), m.place(s["second"]["a"])
@@ -109,8 +107,9 @@ def toothed(at: Point, r: float, z: int, turn: float) -> list[Point]:
     2 r/z teeth reach one module out and 1.25 in; at a radius R the flank stands off the tooth's middle by
     pi/2z + inv 20deg - inv t, cos t = r cos 20deg / R, inv t = tan t - t."""
     module, found = 2 * r / z, []
-    least = r * math.cos(PRESSED)
-    middle_of = math.pi / (2 * z) + math.tan(PRESSED) - PRESSED
+    pressed = math.pi / 9  # the 20 degrees at which teeth press on one another
+    least = r * math.cos(pressed)
+    middle_of = math.pi / (2 * z) + math.tan(pressed) - pressed
     flank = []
     for radius in [r - 1.25 * module, r - 0.4 * module, r + 0.35 * module, r + module]:
         t = math.acos(min(1.0, least / max(radius, least)))

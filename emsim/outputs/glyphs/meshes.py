@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 ROUND = 40  # sides of what is round
 COILS = 9  # turns of a spring
 WIRE = 14  # points of a turn
-CREASE = 0.65  # cosine of the angle up to which faces are one surface: the 45 degrees of eight sides are
 
 
 def cylinder(a: Vector, b: Vector, r: float) -> list[Any]:
@@ -186,8 +185,9 @@ def normals(points: list[Vector], faces: list[list[int]]) -> list[list[Vector]]:
         for k in faces[f]:
             total = [0.0, 0.0, 0.0]
             for g in about[k]:
+                # up to 49 degrees faces are one surface: the 45 of eight sides are
                 o = own[g]
-                if n[0] * o[0] + n[1] * o[1] + n[2] * o[2] > CREASE * math.hypot(*n) * math.hypot(*o):
+                if n[0] * o[0] + n[1] * o[1] + n[2] * o[2] > 0.65 * math.hypot(*n) * math.hypot(*o):
                     total = plus(total, o)
             size = math.hypot(*total)
             corners.append(times(total, way / size) if size > 0 else [0.0, 0.0, 0.0])
