@@ -341,7 +341,7 @@ def test_a_gear_of_five_to_one_has_wheels_of_five_to_one(page_of: Any) -> None:
             return [shapes.find((s) => s.kind === 'gear'), shapes.filter((s) => s.spin).map((s) => s.spin)]; }"""
     )
     small, large = gear["radii"]
-    assert large == pytest.approx(5 * small) and wheels == [small, large] and not gear["meshed"]
+    assert large == pytest.approx(5 * small) and wheels == [small, large] and gear["law"] == "idler"
 
 
 def test_rails_reach_the_edge_and_labels_lie_apart(page_of: Any) -> None:

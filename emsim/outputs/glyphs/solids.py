@@ -215,7 +215,7 @@ def joint_of(found: list[Any], s: Shape, size: float, t: float) -> None:
         reach = size if fixed else 12 * t
         found.append(solid(s["a"], cylinder(times(axis, -reach), times(axis, reach), 1.3 * t), "soft"))
         # less than eight turns would not be seen as a thread
-        lead = math.copysign(min(abs(s["lead"]), reach / 4), s["lead"])
+        lead = max(-reach / 4, min(s["lead"], reach / 4))
         found.append(solid(s["a"], thread(axis, 1.3 * t, lead, 2 * reach), "soft"))
         found.append(solid(s["b"], cylinder(times(axis, -2 * t), times(axis, 2 * t), 2.6 * t), "body"))
     elif s["joint"] == "slide":

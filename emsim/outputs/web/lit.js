@@ -138,7 +138,7 @@ const Lit = {
       part.faces.forEach((face, f) => face.forEach((k, c) => part.normals[f][c].forEach((v, i) => (mean[k][i] += v))));
       part.faces.forEach((face, f) => {
         const own = face.map((k, c) => {
-          const key = `${k} ${part.normals[f][c].map((v) => v.toFixed(3))}`;
+          const key = part.points.length * part.corners[f][c] + k;
           if (!known.has(key)) known.set(key, values.push(...part.points[k], ...part.normals[f][c], ...mean[k]) / 9 - 1);
           return known.get(key);
         });
@@ -150,7 +150,7 @@ const Lit = {
     const { gl } = this, { ground } = solids;
     if (ground) {
       const [u, v] = [ground.u, ground.v].map((a) => a.map((e) => 1.3 * ground.size * e)), corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([i, j]) => ground.at.map((e, k) => e + i * u[k] + j * v[k]));
-      add((solids.floor = { points: corners, faces: [[0, 1, 2, 3]], normals: [corners.map(() => ground.above)], outwards: [1] }));
+      add((solids.floor = { points: corners, faces: [[0, 1, 2, 3]], normals: [corners.map(() => ground.above)], corners: [[0, 0, 0, 0]], outwards: [1] }));
     }
     gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(values), gl.STATIC_DRAW);
@@ -162,10 +162,11 @@ const Lit = {
     const middle = [0, 1, 2].map((i) => right[i] * m.middle[0] + up[i] * m.middle[1] + towards[i] * m.deep), u = drawn.across(lamp), v = drawn.cross(lamp, u);
     gl.uniformMatrix3fv(at.axes, false, [...right, ...up, ...towards]);
     gl.uniform3fv(at.middle, middle);
+    this.middle = middle;
     gl.uniform3fv(at.sun, [...u, ...v, ...lamp]);
     gl.uniform4f(at.frame, m.centre[0] / w - 1, 1 - m.centre[1] / h, m.scale / w, m.scale / h);
     gl.uniform1f(at.thick, 1.1 / m.scale);
-    gl.uniform1f(at.size, m.size);
+    gl.uniform1f(at.size, m.reach);
     gl.uniform1f(at.far, m.perspective ? m.far : 0);
     for (const [name, value] of Object.entries({ above, lamp, halfway })) gl.uniform3fv(at[name], value);
   },
@@ -175,7 +176,7 @@ const Lit = {
     if (dot(m.view().towards, ground.above) < 0.03) return;
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    gl.uniform3fv(at.centre, ground.at);
+    gl.uniform3fv(at.centre, m.follow ? this.middle : ground.at);
     gl.uniform3fv(at.colour, channels(m.colour("ground")).map((v) => v / 255));
     for (const place of [at.turn, at.upright]) gl.uniformMatrix3fv(place, false, [1, 0, 0, 0, 1, 0, 0, 0, 1]);
     gl.uniform3f(at.origin, 0, 0, 0);

@@ -12,7 +12,7 @@ class Machine {
     this.upright = !this.planar && Math.abs(this.gravity[2]) > Math.hypot(this.gravity[0], this.gravity[1]);
     this.measure();
     this.fit();
-    if (!this.planar) this.solids = Object.assign(new Solids(this.scene.shapes, this.follow ? 2.5 * Math.max(...this.largestPose) : this.size), { ground: this.ground() });
+    if (!this.planar) this.solids = Object.assign(new Solids(this.scene.shapes, this.reach), { ground: this.ground() });
     clock.listen(() => this.draw());
     this.sizes = new ResizeObserver(() => { if (this.width !== this.room()) { this.fit(); this.draw(); } });
     this.sizes.observe(canvas.parentElement);
@@ -69,6 +69,8 @@ class Machine {
     return { right, up, towards };
   }
   near(p) { const { towards } = this.view(); return towards[0] * p[0] + towards[1] * p[1] + towards[2] * p[2]; }
+  // of what is in the picture [m]
+  get reach() { return (this.follow && 2.5 * Math.max(...this.largestPose)) || this.size; }
   // in perspective the eye is this far from the scene's middle [m]
   get far() { return 2.2 * this.size; }
   eye() {
@@ -135,7 +137,7 @@ class Machine {
   measureDepth() {
     this.deep = 0;
     if (this.planar) return;
-    const { time, places } = this.scene, poses = this.scene.bodies.map((_, b) => this.pose(b, time[0])), all = places.map(([place]) => this.near(this.world(place, poses))).filter(Number.isFinite);
+    const { time, places } = this.scene, poses = (this.follow && this.poses) || this.scene.bodies.map((_, b) => this.pose(b, time[0])), all = places.map(([place]) => this.near(this.world(place, poses))).filter(Number.isFinite);
     if (all.length) this.deep = (Math.min(...all) + Math.max(...all)) / 2;
   }
   // the floor below all that it sweeps: its middle, its normal, two directions in it; null where nothing pulls
@@ -151,7 +153,7 @@ class Machine {
         }
       }
     }
-    const [x, y, z] = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2] - 0.02 * this.size];
+    const [x, y, z] = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2] - 0.02 * this.reach];
     return Number.isFinite(x) ? { at: above.map((e, i) => x * u[i] + y * v[i] + z * e), above, u, v, size: this.size } : null;
   }
   // the box of all places at an instant
@@ -254,6 +256,7 @@ class Machine {
         // what the reader has dragged stays beside the machine
         this.middle = this.moved && this.followed ? this.middle.map((m, i) => m + now[i] - this.followed[i]) : now;
         this.followed = now;
+        this.measureDepth();
       }
     }
     const pen = (this.pen = new Pen(ctx, this.colour, this.labels));

@@ -10,6 +10,14 @@ class Solids {
     this.parts = drawn.solids(shapes, size);
     for (const part of this.parts) {
       part.normals = drawn.normals(part.points, part.faces);
+      // normals that are alike are lit once
+      const known = new Map();
+      part.lit = [];
+      part.corners = part.normals.map((face) => face.map((n) => {
+        const key = n.map((v) => v.toFixed(3)).join();
+        if (!known.has(key)) known.set(key, part.lit.push(n) - 1);
+        return known.get(key);
+      }));
       part.outwards = part.faces.map((face, f) => Math.sign(dot(faced(face.map((k) => part.points[k])), part.normals[f][0])));
     }
   }
@@ -44,13 +52,14 @@ class Solids {
     const { o, r } = turn, upright = cofactors(r), from = m.eye(), { towards } = m.view();
     const w = part.points.map(([x, y, z]) => [0, 3, 6].map((i, k) => o[k] + r[i] * x + r[i + 1] * y + r[i + 2] * z)), p = w.flatMap((at) => { const [x, y, near] = m.project(at); return [x * ratio, y * ratio, near]; });
     const base = channels(m.colour(part.colour)), ink = packed(channels(m.colour("edge"))), turned = new Int8Array(part.faces.length);
+    const lights = part.lit.map((own) => {
+      const n = unitary([0, 3, 6].map((i) => upright[i] * own[0] + upright[i + 1] * own[1] + upright[i + 2] * own[2]));
+      return [0.6 + 0.08 * dot(n, above) + 0.42 * Math.max(0, dot(n, lamp)), 0.22 * Math.max(0, dot(n, halfway)) ** 30];
+    });
     part.faces.forEach((face, f) => {
       turned[f] = part.outwards[f] * dot(faced(face.map((k) => w[k])), from ? from.map((v, i) => v - w[face[0]][i]) : towards) >= 0 ? 1 : 0;
       if (!turned[f]) return;
-      const lit = part.normals[f].map((own) => {
-        const n = unitary([0, 3, 6].map((i) => upright[i] * own[0] + upright[i + 1] * own[1] + upright[i + 2] * own[2]));
-        return [0.6 + 0.08 * dot(n, above) + 0.42 * Math.max(0, dot(n, lamp)), 0.22 * Math.max(0, dot(n, halfway)) ** 30];
-      });
+      const lit = part.corners[f].map((k) => lights[k]);
       for (let k = 1; k + 1 < face.length; k++) this.triangle(p, [3 * face[0], 3 * face[k], 3 * face[k + 1]], base, [lit[0], lit[k], lit[k + 1]]);
     });
     for (const [i, j, f, g] of part.edges) if (turned[f] !== turned[g]) this.edge(p, 3 * i, 3 * j, ink, m.bias());
