@@ -235,11 +235,13 @@ def test_a_screw_has_its_thread_and_a_body_its_looks(page_of: Any) -> None:
         "t\n.gravity 0 0 -9.81\nBODY nut m=1 j=(1m,1m,1m)\nJOINT s 0 nut screw axis=(0,0,1) lead=-20m\n"
         "BODY a m=1 j=(1m,1m,1m) look=gear(0.05,17)\nBODY b m=1 j=(1m,1m,1m) look=wheel(0.05)\n"
         "BODY c m=1 j=(1m,1m,1m) look=ball(0.05)\nBODY d m=1 j=(1m,1m,1m) look=wagon(0.1,0.05)\n"
-        "JOINT ja 0(0.2,0) a pin\nJOINT jb 0(0.4,0) b pin\nJOINT jc 0(0.6,0) c pin\nJOINT jd 0(0.8,0) d slide\n.tran 1m 20m\n.end\n"
+        "JOINT ja 0(0.2,0) a pin\nJOINT jb 0(0.4,0) b pin\nJOINT jc 0(0.6,0) c pin\nJOINT jd 0(0.8,0) d slide\n"
+        ".tran 1m 20m\n.end\n"
     )
     page = page_of(deck)
     there = page.evaluate(
-        "() => window.emsim.machine.solids.parts.map((p) => [p.colour, p.points.length, p.points.flat().reduce((s, v) => s + Math.abs(v), 0)])"
+        """() => window.emsim.machine.solids.parts.map((p) => [p.colour, p.points.length,
+            p.points.flat().reduce((sum, v) => sum + Math.abs(v), 0)])"""
     )
     stage = Stage(pipeline.run(deck, scene=True).main, 480)
     here = [[p[0]["colour"], len(p[1]), float(np.abs(p[1]).sum())] for p in Solids(stage).parts]
