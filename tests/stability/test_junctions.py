@@ -166,10 +166,11 @@ def test_coils_that_a_jump_kicks(method):
     assert apart(found, exact, "v(out)", grid) <= 1e-2
 
 
-@pytest.mark.parametrize("reltol", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("reltol", [2e-2, 1.55e-2, 1e-2, 1e-3, 1e-4])
 def test_voltages_of_rows_are_computed_from_diodes_that_can_be(reltol):
     """What lags behind the state is computed anew at a row; from a polynomial's volts across a junction, whose current was held
-    then, a winding's end was at -1e11 V."""
+    then, a winding's end was at -1e11 V. And what a polynomial leaves of a coil's current behind the diode that has turned off, within
+    the tolerance, flowed through its leakage with the state held as it was: -6e5 V."""
     exact, found = run(LEAKY, "method=radau reltol=1e-7"), run(LEAKY, f"method=esdirk reltol={reltol!r}")
     for node in ("v(s)", "v(y)"):
         low, high = np.asarray(exact[node]).min(), np.asarray(exact[node]).max()

@@ -5,7 +5,7 @@
 //! at the end of each step until all others have come as far, and knows then at which times they have rows within the step; the one
 //! that is farthest behind waits for nobody.
 use super::driver::{self, Outcome, Status, Tick, Transient, ASKED};
-use super::rows::{Fitting, Forces, Sink};
+use super::rows::{Around, Fitting, Forces, Sink};
 use super::watch::Report;
 use super::Used;
 use crate::graph::Graph;
@@ -151,16 +151,17 @@ impl Own<'_> {
         let mut x = vec![0.0; sys.n];
         (inside.dense)(t, &mut x);
         sys.pin(w, t, &mut x);
-        let width = t1 - self.start.0;
+        let begin = self.start.0;
+        let around = Around { dense: &inside.dense, begin, h: t1 - begin, whole: self.whole };
         if let Some(forces) = &mut self.forces {
-            forces.settle(sys, w, (t, &mut x), Forces::inside(width, self.whole), &self.tol);
+            forces.settle_within(sys, w, around, (t, &mut x), &self.tol);
         }
         if !self.invariants.holds(sys, w, t, &x) {
             if self.fitting.is_none() {
                 self.fitting = Fitting::new(sys);
             }
             if let Some(fitting) = &mut self.fitting {
-                fitting.fit(sys, w, (t, &mut x), (width, self.whole), &self.tol);
+                fitting.fit(sys, w, around, (t, &mut x), &self.tol);
             }
         }
         self.given(w, t, x)

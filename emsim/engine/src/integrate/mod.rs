@@ -9,10 +9,13 @@
 //!  4. `dense` evaluates the candidate's (or the accepted) step anywhere inside it, with the method's own polynomial.
 //!  5. `candidate` is the state at the end of the attempted step.
 //!
+//! A step's length and order are `Controller`'s to choose (control.rs), from the error that a method finds.
+//!
 //! `character` says what the method is like, `Response` what its formulas do to an oscillation. Whoever asks for more than that asks an
 //! optional function, which answers for a method that has nothing to say. `auto` is one more method (auto.rs).
 mod apart;
 mod auto;
+mod control;
 mod dirk;
 mod driver;
 mod explicit;
@@ -49,6 +52,15 @@ pub enum Attempt {
     TooLarge { next: f64 },
     /// Newton's method gave up
     Stuck { next: f64, why: Box<Failure> },
+}
+
+impl Attempt {
+    /// Length of what is to be tried next.
+    pub fn next(&self) -> f64 {
+        match *self {
+            Attempt::Good { next } | Attempt::TooLarge { next } | Attempt::Stuck { next, .. } => next,
+        }
+    }
 }
 
 /// The transient analysis.

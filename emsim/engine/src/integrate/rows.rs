@@ -166,7 +166,6 @@ pub struct Forces {
     given: Vec<bool>, // those that have what a source has
     /// rows show forces of a machine
     pub of_machine: bool,
-    slopes: Vec<f64>, // dQ/dt by dense output
 }
 
 impl Forces {
@@ -182,7 +181,7 @@ impl Forces {
         let tied: Vec<usize> = sys.sums.iter().filter(|s| s.tied && lags[s.root]).map(|s| s.node).collect();
         let of_machine = lagging().any(|k| matches!(sys.unknowns[k].kind, Kind::Lambda | Kind::Derivative));
         tied.into_iter().for_each(|node| lags[node] = true);
-        Some(Forces { newton: Newton::new(sys).ok()?, lags, given: sys.alone(), of_machine, slopes: vec![0.0; sys.n] })
+        Some(Forces { newton: Newton::new(sys).ok()?, lags, given: sys.alone(), of_machine })
     }
 
     /// Length to settle over within a step of this width, of a run of length `whole`.
@@ -259,59 +258,72 @@ impl Forces {
 const SLOPE: f64 = 1e-3;
 const WEIGHTS: [(f64, f64); 4] = [(3.0, -1.0 / 3.0), (2.0, 1.5), (1.0, -3.0), (0.0, 11.0 / 6.0)];
 
+/// The step that a row lies in.
+#[derive(Clone, Copy)]
+pub struct Around<'a> {
+    /// what is at a time within it, by the method's polynomial
+    pub dense: &'a dyn Fn(f64, &mut [f64]),
+    pub begin: f64,
+    pub h: f64,     // its length
+    pub whole: f64, // ... and that of the run
+}
+
+/// The row (t, x) of a step of width h as the solution of  F(y, t) + (Q(y) - Q(x)) / h + dQ/dt = 0  with the slope of the dense output.
+/// Over nearly no length what a row's states are off their slow manifold by would be multiplied, by a large resistance or by 1 / h; over
+/// the width of the step it is not, and nothing is lost by that, for where x is the solution y = x.
+fn by_slopes(
+    newton: &mut Newton,
+    sys: &System,
+    w: &mut Work,
+    Around { dense, begin, h, .. }: Around,
+    (t, x): (f64, &[f64]),
+    tol: &Tolerances,
+) -> Option<Vec<f64>> {
+    newton.forget();
+    // before the step's begin another polynomial holds, and behind a corner other slopes of sources
+    let e = if t - 3.0 * SLOPE * h < begin { -SLOPE * h } else { SLOPE * h };
+    let (mut y, mut slopes) = (x.to_vec(), vec![0.0; sys.n]);
+    for (back, part) in WEIGHTS {
+        let t = t - back * e;
+        if back == 0.0 {
+            y.copy_from_slice(x);
+        } else {
+            dense(t, &mut y);
+        }
+        sys.eval(w, &y, t);
+        // onto the constraints; a polynomial's voltages may be far up an exponential, whose current would be held
+        if sys.exponentials() == 0 {
+            let held: Vec<f64> = (0..sys.n).map(|i| if sys.has_q[i] { -(w.q[i] / h + w.f[i]) } else { 0.0 }).collect();
+            newton.solve(sys, w, 1.0 / h, &held, &mut y, t, tol, 20).ok()?;
+            sys.eval(w, &y, t);
+        }
+        slopes.iter_mut().zip(&w.q).for_each(|(slope, q)| *slope += part / e * q);
+    }
+    slopes.iter_mut().zip(&w.q).for_each(|(slope, q)| *slope -= q / h);
+    newton.solve(sys, w, 1.0 / h, &slopes, &mut y, t, tol, 20).ok()?;
+    Some(y)
+}
+
 impl Forces {
-    /// What is of higher index in the row (t, x) of a step of this width that m has just made, without exponentials and machines: by
-    /// F(y, t) + (Q(y) - Q(x)) / h + dQ/dt = 0  with the slope of the dense output, brought onto the constraints. Over nearly no length
-    /// (`settle`) what a row's states are off their slow manifold by would be multiplied, by a large resistance or by 1 / h; over the
-    /// width of the step it is not, and nothing is lost by that, for where x is the solution y = x.
-    fn settle_by_slopes(
+    /// What is of higher index in the row (t, x) of a step.
+    pub fn settle_within(
         &mut self,
         sys: &System,
         w: &mut Work,
-        m: &dyn Method,
+        around: Around,
         (t, x): (f64, &mut [f64]),
-        (begin, h): (f64, f64),
         tol: &Tolerances,
     ) {
+        if sys.exponentials() > 0 || self.of_machine {
+            return self.settle(sys, w, (t, x), Forces::inside(around.h, around.whole), tol);
+        }
         let ports = w.ports.clone();
-        self.newton.forget();
-        if let Some(y) = self.found_by_slopes(sys, w, m, (t, x), (begin, h), tol) {
+        if let Some(y) = by_slopes(&mut self.newton, sys, w, around, (t, x), tol) {
             if !tol.states_apart(&y, x, OTHER_ROW, |i| !self.given[i] && !self.lags[i]) {
                 (0..sys.n).filter(|&i| self.lags[i] || self.given[i]).for_each(|i| x[i] = y[i]);
             }
         }
         w.ports = ports;
-    }
-
-    fn found_by_slopes(
-        &mut self,
-        sys: &System,
-        w: &mut Work,
-        m: &dyn Method,
-        (t, x): (f64, &[f64]),
-        (begin, h): (f64, f64),
-        tol: &Tolerances,
-    ) -> Option<Vec<f64>> {
-        // before the step's begin another polynomial holds, and behind a corner other slopes of sources
-        let e = if t - 3.0 * SLOPE * h < begin { -SLOPE * h } else { SLOPE * h };
-        let mut y = x.to_vec();
-        self.slopes.fill(0.0);
-        for (back, part) in WEIGHTS {
-            let t = t - back * e;
-            if back == 0.0 {
-                y.copy_from_slice(x);
-            } else {
-                m.dense(t, &mut y);
-            }
-            sys.eval(w, &y, t);
-            let held: Vec<f64> = (0..sys.n).map(|i| if sys.has_q[i] { -(w.q[i] / h + w.f[i]) } else { 0.0 }).collect();
-            self.newton.solve(sys, w, 1.0 / h, &held, &mut y, t, tol, 20).ok()?;
-            sys.eval(w, &y, t);
-            self.slopes.iter_mut().zip(&w.q).for_each(|(slope, q)| *slope += part / e * q);
-        }
-        self.slopes.iter_mut().zip(&w.q).for_each(|(slope, q)| *slope -= q / h);
-        self.newton.solve(sys, w, 1.0 / h, &self.slopes, &mut y, t, tol, 20).ok()?;
-        Some(y)
     }
 }
 
@@ -325,26 +337,29 @@ pub struct Fitting {
     newton: Newton,
     lags: Vec<bool>,  // what follows from changes of what is stored
     given: Vec<bool>, // what has what a source has
+    machine: bool,
 }
 
 impl Fitting {
     pub fn new(sys: &System) -> Option<Fitting> {
-        Newton::new(sys).ok().map(|newton| Fitting { newton, lags: undetermined(sys), given: sys.alone() })
+        let machine = sys.unknowns.iter().any(|u| u.kind.mechanical());
+        Newton::new(sys).ok().map(|newton| Fitting { newton, lags: undetermined(sys), given: sys.alone(), machine })
     }
 
-    /// Algebraic unknowns of index 1 and nodes of sources at (t, x), within a step of this width of a run of that length. x stays where
-    /// states would not.
-    pub fn fit(
-        &mut self,
-        sys: &System,
-        w: &mut Work,
-        (t, x): (f64, &mut [f64]),
-        (width, whole): (f64, f64),
-        tol: &Tolerances,
-    ) {
-        let h = BRIEF * Forces::inside(width, whole);
+    /// Algebraic unknowns of index 1 and nodes of sources at (t, x), within a step. x stays where states would not.
+    pub fn fit(&mut self, sys: &System, w: &mut Work, around: Around, (t, x): (f64, &mut [f64]), tol: &Tolerances) {
         let ports = w.ports.clone();
+        if !self.machine && sys.exponentials() > 0 {
+            if let Some(y) = by_slopes(&mut self.newton, sys, w, around, (t, x), tol) {
+                if !tol.states_apart(&y, x, MOVED, |i| !self.given[i]) {
+                    x.copy_from_slice(&y);
+                }
+            }
+            w.ports = ports;
+            return;
+        }
         let mut y = x.to_vec();
+        let h = BRIEF * Forces::inside(around.h, around.whole);
         let stays = Stays { lags: &self.lags, given: &self.given, near: false };
         if hold(sys, &mut self.newton, w, (t, &mut y), h, tol, &stays) <= MOVED {
             x.copy_from_slice(&y);
@@ -393,7 +408,7 @@ impl<S: Sink> Row<'_, S> {
 
     /// Between the ends of steps a polynomial follows states better than what is algebraic, and behind a bend by far: where the
     /// algebraic equations do not hold that is solved for, with the states as they are.
-    fn fit(&mut self, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
+    fn fit(&mut self, m: &dyn Method, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
         if self.sink.holds(sys, w, t, self.x) {
             return;
         }
@@ -401,19 +416,23 @@ impl<S: Sink> Row<'_, S> {
             *self.fitting = Fitting::new(sys);
         }
         if let Some(fitting) = self.fitting {
-            fitting.fit(sys, w, (t, self.x), (self.width, self.whole), tol);
+            let around = Around {
+                dense: &|t, x| m.dense(t, x),
+                begin: self.until - self.width,
+                h: self.width,
+                whole: self.whole,
+            };
+            fitting.fit(sys, w, around, (t, self.x), tol);
         }
     }
 
     #[inline]
     fn settle(&mut self, m: &dyn Method, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
-        let (width, whole, begin) = (self.width, self.whole, self.until - self.width);
+        let begin = self.until - self.width;
+        let around = Around { dense: &|t, x| m.dense(t, x), begin, h: self.width, whole: self.whole };
         let mut settle = |w: &mut Work, t: f64, x: &mut [f64]| {
             if let Some(forces) = &mut self.forces {
-                if sys.exponentials() == 0 && !forces.of_machine {
-                    return forces.settle_by_slopes(sys, w, m, (t, x), (begin, width), tol);
-                }
-                forces.settle(sys, w, (t, x), Forces::inside(width, whole), tol);
+                forces.settle_within(sys, w, around, (t, x), tol);
             }
         };
         settle(w, t, self.x);
@@ -694,7 +713,7 @@ impl Grid {
         sys.pin(w, t, row.x());
         row.check.inside(sys, w, row.x, t);
         row.settle(m, sys, w, t, tol);
-        row.fit(sys, w, t, tol);
+        row.fit(m, sys, w, t, tol);
         row.sink.row(sys, w, t, row.x);
     }
 }

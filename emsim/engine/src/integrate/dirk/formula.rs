@@ -11,7 +11,7 @@ pub struct Tableau {
     /// of each stage's value: coefficients of 1, theta, theta^2, ... in dense output
     pub dense: Vec<Vec<f64>>,
     /// the error falls as h to this power
-    pub falls: f64,
+    pub falls: usize,
     /// local tolerance against the asked one: keeps the global error of ordinary problems near what was asked
     pub local: f64,
 }

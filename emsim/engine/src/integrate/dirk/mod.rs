@@ -34,7 +34,6 @@
 //!
 //! Dense output: sum_j w_j(theta) X_j, weights that are polynomials in theta = (t - t0)/h with the method's own order.
 //! In stage values rather than slopes it serves every unknown, algebraic ones too.
-mod control;
 mod esdirk;
 mod formula;
 mod leap;
@@ -43,13 +42,13 @@ mod sdirk;
 mod tests;
 mod trbdf2;
 
+use super::control::{Config, Controller, Tried};
 use super::rows::Lags;
 use super::{response, weighted_sum, Attempt, Character, Method, Response};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
-use control::Control;
 use formula::{Formula, Tableau};
 
 /// How far the polynomial is carried back to be compared, in steps.
@@ -124,7 +123,7 @@ pub struct Dirk {
     refused: Option<(f64, f64)>,  // length and error of the last attempt from here
     at_first: Option<(f64, f64)>, // ... of the first one
     leapt: bool,
-    control: Control,
+    control: Controller,
     guess: Vec<Vec<f64>>,
     r: Vec<f64>,
     e: Vec<f64>,
@@ -148,7 +147,7 @@ pub struct Dirk {
 
 /// Are derivatives and multipliers of a lower order than the state?
 fn lags(k: &Tableau) -> bool {
-    k.falls > 3.0
+    k.falls > 3
 }
 
 fn given(sys: &System) -> Vec<(usize, f64)> {
@@ -187,7 +186,7 @@ impl Dirk {
             refused: None,
             at_first: None,
             leapt: false,
-            control: Control::new(sys.turns()),
+            control: Controller::new(Config::ONE_STEP),
             guess: vec![v(); s],
             r: v(),
             e: v(),
@@ -429,7 +428,7 @@ impl Method for Dirk {
         self.transient = false;
         self.t1 = self.now.t + h;
         if let Err(why) = self.stages(sys, w, h, tol) {
-            return Attempt::Stuck { next: h / 4.0, why: why.into() };
+            return self.control.stuck(h, why);
         }
         if self.fixed {
             return Attempt::Good { next: h };
@@ -439,7 +438,7 @@ impl Method for Dirk {
             self.leapt = true;
             return Attempt::TooLarge { next: brief.min(0.5 * h) };
         }
-        let factor = 0.9 * error.powf(-1.0 / self.tableau().falls);
+        let tried = Tried { h, error, power: self.tableau().falls };
         if error > 1.0 {
             let rises = |(old_h, old): (f64, f64)| h < old_h && error > old * (old_h / h).sqrt();
             if let Some((old_h, old)) = self.refused.filter(|&r| !self.follows && !self.leapt && rises(r)) {
@@ -448,19 +447,14 @@ impl Method for Dirk {
                 return Attempt::TooLarge { next: (1.5 * old).min(LEAP) * old_h };
             }
             self.refused = Some((h, error));
-            self.control.refused(self.t1, error);
             self.at_first = self.at_first.or(self.refused);
-            return Attempt::TooLarge { next: factor.clamp(0.1, 0.9) * h };
+            return self.control.refuse(tried);
         }
         if self.accounts && !self.follows && self.now.by == NEXT && (0..sys.n).any(|i| self.is_over(i, h)) {
             self.transient = true;
             self.calm(sys, w, h, tol);
         }
-        let factor = factor.min(if self.refused.is_some() { 1.0 } else { 5.0 });
-        let factor = self.control.next(h, self.t1, error, self.tableau().falls, factor).max(0.2);
-        // a step that stays as it is keeps its factorisation in a linear circuit
-        let keep = if sys.linear { 1.5 } else { 1.1 };
-        Attempt::Good { next: if (1.0..keep).contains(&factor) { h } else { factor * h } }
+        self.control.judge(tried, sys.linear)
     }
 
     fn accept(&mut self, t1: f64) {
@@ -478,7 +472,11 @@ impl Method for Dirk {
         self.f.swap(0, s - 1);
         self.q0.copy_from_slice(self.newton.q());
         self.solved = false;
-        self.control.accept(self.last.h, !self.renewed);
+        self.control.accept();
+        if self.renewed {
+            // the estimate of the next step is made otherwise than its own was
+            self.control.restart();
+        }
         self.follows = true;
         self.accepted = true;
         self.refused = None;

@@ -31,7 +31,7 @@ pub fn order4() -> Tableau {
         ],
         d: vec![0.0, -3.0 / 16.0, -27.0 / 32.0, 25.0 / 32.0, 0.0, 0.25],
         dense,
-        falls: 4.0,
+        falls: 4,
         local: 0.1,
     }
 }
@@ -48,7 +48,7 @@ pub fn order2() -> Tableau {
         a: vec![vec![0.0, gamma], vec![0.0, 1.0 - gamma, gamma]],
         d: vec![0.0, -d, d],
         dense: vec![vec![0.0, 0.0], vec![one, -one], vec![-gamma * one, one]],
-        falls: 2.0,
+        falls: 2,
         local,
     }
 }

@@ -60,7 +60,7 @@ fn orders_of_methods_and_embedded_formulas() {
         let b = f.a[f.c.len() - 1].clone();
         let hat: Vec<f64> = b.iter().zip(&k.d).map(|(b, d)| b - d).collect();
         assert_eq!((order(&f, &b), order(&f, &hat)), (p, embedded));
-        assert_eq!(k.falls as usize, p.min(embedded) + 1);
+        assert_eq!(k.falls, p.min(embedded) + 1);
         // rows sum to c, stages are of order 2, the diagonal is one number, the last stage is the new point
         for ((sum, c), row) in f.times(&f.power(0)).iter().zip(&f.c).zip(&f.a) {
             assert!((sum - c).abs() < 1e-14 && (dot(row, &f.c) - 0.5 * c * c).abs() < 1e-14);

@@ -16,7 +16,7 @@ pub fn tableau() -> Tableau {
         d: vec![w - embedded[0], w - embedded[1], d - embedded[2]],
         // Lagrange's polynomials of the nodes 0, gamma, 1
         dense: vec![vec![1.0, -(1.0 + gamma) * l0, l0], vec![0.0, -l1, l1], vec![0.0, -gamma * l2, l2]],
-        falls: 3.0,
-        local: 0.1,
+        falls: 3,
+        local: 0.05,
     }
 }

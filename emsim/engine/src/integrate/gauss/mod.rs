@@ -29,6 +29,7 @@ mod dense;
 mod fit;
 mod table;
 
+use super::control::{Config, Controller, Tried};
 use super::rows::Lags;
 use super::{interpolate, Attempt, Character, History, Method, Response};
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -96,6 +97,7 @@ pub struct Gauss {
     needed: Vec<f64>,
     multipliers: Vec<usize>,
     extrapolated: Vec<usize>,
+    control: Controller,
     fixed: bool,
     checked: bool,
 }
@@ -165,6 +167,7 @@ impl Gauss {
             multipliers,
             extrapolated: of(&[Kind::Lambda, Kind::Mu, Kind::Derivative]),
             fixed: o.fixed_step.is_some(),
+            control: Controller::new(Config { unsolved: 0.5, ..Config::ONE_STEP }),
             checked: false,
         })
     }
@@ -418,23 +421,25 @@ impl Gauss {
     fn grows_anew(&mut self) {
         self.growing = true;
         (self.seen, self.worst, self.refused, self.longest, self.length) = (0, 0.0, 0, 0.0, 0.0);
+        self.control.restart();
     }
 
     /// The length of the next steps, after one of length h that was good.
-    fn grow(&mut self, h: f64, error: f64, factor: f64, power: f64) {
-        if self.before.is_none() || factor > FAR {
+    fn grow(&mut self, tried: Tried) {
+        let h = tried.h;
+        if self.before.is_none() || self.control.allows(tried) > FAR * h {
             self.length = self.length.max(FAR * h);
             (self.seen, self.worst) = (0, 0.0);
             return;
         }
         self.length = self.length.max(h);
         self.seen += 1;
-        self.worst = self.worst.max(error);
+        self.worst = self.worst.max(tried.error);
         if self.seen >= WINDOW {
-            let room = 0.9 * self.worst.powf(power);
-            self.growing = room > ENOUGH;
+            let room = self.control.allows(Tried { error: self.worst, ..tried });
+            self.growing = room > ENOUGH * h;
             if self.growing {
-                self.length *= room;
+                self.length *= room / h;
             }
             (self.seen, self.worst) = (0, 0.0);
         }
@@ -512,7 +517,6 @@ impl Method for Gauss {
         if self.crawled > fit::PATIENCE && !self.fixed {
             return Attempt::Stuck { next: 0.0, why: fit::stiff().into() };
         }
-        let stuck = |why: Failure| Attempt::Stuck { next: 0.5 * h, why: why.into() };
         if !self.started {
             sys.eval(w, &self.x0, self.t0);
             self.f0.copy_from_slice(&w.f);
@@ -534,7 +538,7 @@ impl Method for Gauss {
                 let part = h * j as f64 / parts as f64;
                 self.t1 = self.t0 + part;
                 if let Err(why) = self.step(sys, w, part, tol) {
-                    return stuck(why);
+                    return self.control.stuck(h, why);
                 }
                 self.extra.insert(0, (self.t1, self.x1.clone()));
             }
@@ -542,30 +546,31 @@ impl Method for Gauss {
         }
         if let Err(why) = self.step(sys, w, h, tol) {
             self.growing = false;
-            self.length = 0.5 * h;
-            return stuck(why);
+            let stuck = self.control.stuck(h, why);
+            self.length = stuck.next();
+            return stuck;
         }
         if self.fixed {
             return Attempt::Good { next: h };
         }
-        let power = -1.0 / (2 * self.k.s + 1) as f64;
-        let error = self.error(sys, w, h, tol);
-        let factor = 0.9 * error.powf(power);
-        if error > 1.0 {
+        let tried = Tried { h, error: self.error(sys, w, h, tol), power: 2 * self.k.s + 1 };
+        if !(tried.error <= 1.0) {
             self.refused += 1;
             self.growing &= self.refused < REFUSALS;
-            self.length = factor.clamp(0.1, 0.9) * h;
             (self.seen, self.worst) = (0, 0.0);
-            return Attempt::TooLarge { next: self.length };
+            let refused = self.control.refuse(tried);
+            self.length = refused.next();
+            return refused;
         }
         if self.growing {
-            self.grow(h, error, factor, power);
+            self.grow(tried);
         }
         Attempt::Good { next: self.length }
     }
 
     fn accept(&mut self, t1: f64) {
         (self.t0, self.t1) = (t1, t1);
+        self.control.accept();
         self.started = false;
         std::mem::swap(&mut self.q0, &mut self.q1);
         std::mem::swap(&mut self.low, &mut self.low1);

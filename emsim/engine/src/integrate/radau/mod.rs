@@ -25,8 +25,9 @@ use self::estimate::share;
 use self::full::FullNewton;
 use self::order::{contracting, Orders, Taken, CONTRACTION};
 use self::tables::Scheme;
+use super::control::{Config, Controller, Tried};
 use super::rows::Lags;
-use super::{root, Attempt, Character, Method, Response};
+use super::{Attempt, Character, Method, Response};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Noise, Options, Tolerances};
 use crate::sparse::{Complex, Lu};
@@ -96,10 +97,7 @@ pub struct Radau {
     accepted: bool,
     theta: f64,       // of the last iteration: is the Jacobian still good?
     contraction: f64, // of the last two: is the order too high?
-    error_old: f64,
-    h_old: f64,
-    h_old_next: f64,
-    error_old_next: f64,
+    control: Controller,
     at_first: Option<(f64, f64)>, // length and error estimate of the first attempt from here that was refused
     unfiltered: f64,              // the last error estimate before it was filtered
     stuck: u32,
@@ -189,10 +187,7 @@ impl Radau {
             accepted: false,
             theta: 1.0,
             contraction: 1.0,
-            error_old: 1e-2,
-            h_old: 0.0,
-            h_old_next: 0.0,
-            error_old_next: 1e-2,
+            control: Controller::new(Config::ONE_STEP),
             at_first: None,
             unfiltered: 0.0,
             stuck: 0,
@@ -326,23 +321,17 @@ impl Radau {
             return Attempt::TooLarge { next: 0.25 * h };
         }
         let error = raw / self.relax.max(10.0 * std::mem::take(&mut self.noise));
-        let degree = self.scheme.s + 1;
-        let most = 2.0 * MOST_ITERATIONS as f64 + 1.0;
-        let safe = 0.9 * most / (2.0 * MOST_ITERATIONS as f64 + iterations as f64);
-        let mut factor = (safe / root(error, degree)).clamp(0.125, 8.0);
+        let tried = Tried { h, error, power: self.scheme.s + 1 };
         if error <= 1.0 {
             self.longest = h.max(0.98 * self.longest);
             self.relax = (0.999 * self.relax).max(1.0);
-            if self.h_old > 0.0 {
-                // predictive controller (Gustafsson)
-                let g = 0.9 * (h / self.h_old) * root(self.error_old / (error * error), degree);
-                factor = factor.min(g.clamp(0.125, 8.0));
-            }
             let seen = self.contraction > 0.0 && self.full_steps == 0;
             let contracts = if seen { contracting(self.contraction) } else { f64::INFINITY };
-            factor = factor.min(contracts);
-            self.error_old_next = error.max(1e-2);
-            self.h_old_next = h;
+            // what took many iterations lies far from where it was looked for (Hairer and Wanner, equation (IV.8.22))
+            let most = 2.0 * MOST_ITERATIONS as f64 + 1.0;
+            let found = most / (most - 1.0 + iterations as f64);
+            let (_, next) = self.control.next(tried, [None; 2], false);
+            let factor = (found * next / h).min(contracts);
             if self.full_steps == 0 && self.orders.due(self.scheme) {
                 let taken = Taken {
                     h,
@@ -357,7 +346,6 @@ impl Radau {
                 let (scheme, step) = self.orders.next(self.scheme, &taken, tol.reltol, &self.real);
                 self.next_scheme = scheme;
                 if let Some(step) = step {
-                    self.h_old_next = 0.0;
                     self.proposed_next = step;
                     return Attempt::Good { next: step };
                 }
@@ -368,15 +356,15 @@ impl Radau {
             self.proposed_next = next;
             return Attempt::Good { next };
         }
-        let factor = match self.at_first {
-            _ if !self.first => factor.min(0.9),
-            Some(_) if !sys.turns() => LOST,
-            _ => 0.1,
+        let refused = match self.at_first {
+            _ if !self.first => self.control.refuse(tried),
+            Some(_) if !sys.turns() => Attempt::TooLarge { next: LOST * h },
+            _ => self.control.refuse(Tried { error: f64::INFINITY, ..tried }),
         };
         self.at_first = self.at_first.or(Some((h, estimate)));
         self.orders.refused();
         self.jacobian(sys, w, h);
-        Attempt::TooLarge { next: factor * h }
+        refused
     }
 }
 
@@ -427,7 +415,7 @@ impl Method for Radau {
         self.foresee = true;
         self.stuck = 0;
         self.proposed = 0.0;
-        self.h_old = 0.0;
+        self.control.restart();
     }
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
@@ -533,8 +521,7 @@ impl Method for Radau {
         self.x0.copy_from_slice(&self.last_stage[self.scheme.s - 1]);
         self.scheme = self.next_scheme;
         self.proposed = self.proposed_next;
-        self.h_old = self.h_old_next;
-        self.error_old = self.error_old_next;
+        self.control.accept();
         self.started = false;
         self.level *= FORGET;
         self.last_anew = std::mem::take(&mut self.first);
@@ -614,7 +601,8 @@ impl Method for Radau {
 
     /// What the step control knows of the error's growth was of the other side.
     fn corner(&mut self) {
-        (self.h_old, self.bent) = (0.0, self.pure_linear);
+        self.control.restart();
+        self.bent = self.pure_linear;
         self.started = false;
     }
 }
