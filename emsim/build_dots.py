@@ -21,8 +21,9 @@ from .deck import (
 )
 from .diagnostics import Diagnostic, Fix
 from .expr import Binary, Call, Name, Num, names
+from .parsed import parse_line
 from .source import Leaf, Line, SourceFile
-from .syntax import LineError, code_end, first_word, parse_line
+from .syntax import LineError, code_end, first_word
 from .units import spice_leftover, spice_number
 
 TYPE_CHECKING = False

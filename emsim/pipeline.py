@@ -326,7 +326,7 @@ def prepare(
 ) -> tuple[Assembly, list[Analysis]]:
     """Flat deck -> compiled system, and the analyses with their settings. `recording` notes who contributed what."""
     from .analyses import plan, refused
-    from .assemble import Context, assemble
+    from .assemble import Compiling, assemble
     from .assemble.options import resolve
     from .source import NoCollection
 
@@ -338,7 +338,7 @@ def prepare(
 
         check(flat.measures, flat.sink)
     times = next((found[:2] for a in planned if (found := a.times()) is not None), (1.0, 1.0))
-    context = Context
+    context = Compiling
     if recording:
         from .assemble.recording import Recording as context
     with NoCollection():

@@ -209,10 +209,10 @@ class Absolute(Machine):
 def _in_joint_coordinates(ctx: Context) -> Machine:
     """The same deck's machine in joint coordinates, built to its start in a builder of its own."""
     from . import circuit
-    from .context import Context
+    from .compiling import Compiling
 
     builder: type[Builder] = type(ctx.b)
-    other = Context(builder(), ctx.flat, ctx.options)
+    other = Compiling(builder(), ctx.flat, ctx.options)
     other.times = ctx.times
     circuit.allocate(other)
     like = Machine(other)

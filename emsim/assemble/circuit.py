@@ -42,7 +42,7 @@ def allocate(ctx: Context) -> None:
         names = ", ".join(f"`{e.name}`" for e in elements[:3]) + (" ..." if len(elements) > 3 else "")
         word, hint = elements[0].span.text.lower(), None
         if word.upper() in CARDS:
-            from ..mistakes import missing_mark
+            from ..marks import missing_mark
 
             hint = missing_mark(word)
         sink.error("E297", f"{names}: {what} is not supported yet", elements[0].span, hint)

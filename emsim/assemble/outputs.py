@@ -14,13 +14,13 @@ from ..functions import IN_SOURCES, KNOWN, OF_COLUMNS, SAME
 from ..units import product, quotient
 from . import terminals
 from .circuit import all_currents, lists_word, probes_currents
+from .context import Output
 from .terminals import MECHANICAL
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Mapping, Sequence
 
-    from .._engine import Expr
     from ..deck import Print
     from ..diagnostics import Span
     from .context import Context
@@ -41,19 +41,6 @@ KEEPS_UNIT = tuple(name for name, f in IN_SOURCES.items() if f.unit == SAME)
 AFTERWARDS = ("db", *OF_COLUMNS)
 # the letters behind v and i of SPICE's words for them
 WORDS = {"m": "mag", "p": "ph", "r": "re", "i": "im", "db": "db"}
-
-
-class Output:
-    """One column: its name as users write it, its unit, and the expression; in place of this `ast` where the column follows
-    from others once they are there (signals.py)."""
-
-    __slots__ = ("ast", "expr", "name", "unit")
-
-    def __init__(self, name: str, unit: str, expr: Expr | None, ast: Node | None = None) -> None:
-        self.name, self.unit, self.expr, self.ast = name, unit, expr, ast
-
-    def __repr__(self) -> str:
-        return f"{self.name} [{self.unit}]"
 
 
 def columns(ctx: Context, word: str, axis: str = "", whole: bool = True) -> list[Output]:

@@ -1,6 +1,6 @@
 """What a SPICE element is: one class a letter, which says how its line reads, what it adds to equation (1), and its words.
 
-The duties of an element, by who asks; `ctx` is assemble.context.Context. A file in this folder and a line in `INDEX`
+The duties of an element, by who asks; `ctx` is contract.Circuit. A file in this folder and a line in `INDEX`
 (__init__.py) make an element. Two-terminal elements need `flow` in place of 4. to 6.
 
  1. `letter what form law terminals instance model_types`   its words, for messages, `emsim help`, editors and the reference.
@@ -37,14 +37,13 @@ if TYPE_CHECKING:
     from typing import Any, ClassVar, Self, TypeVar
 
     from .._engine import Expr
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
-    from ..build_elements import ElementCards
     from ..deck import Instance, Model, Waveform
     from ..diagnostics import Fix, Span
-    from ..elaborate.bind import Level
     from ..source import Line, SourceFile
+    from .accounts import Accounts
+    from .contract import Circuit, Level
     from .net import Net
+    from .words import Cards
 
     P = TypeVar("P")
     Scalar = Expr | float
@@ -214,7 +213,7 @@ class Element:
     # ---- reading ----
 
     @classmethod
-    def of_line(cls, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> Self | Instance:
+    def of_line(cls, cards: Cards, rule: str, ch: list[Any], line: Line) -> Self | Instance:
         """The element of a line's tree. Raises LineError."""
         e = cls(ch[0].lower(), [], line.span(ch[0]))
         e.read(cards, rule, ch, line)
@@ -228,7 +227,7 @@ class Element:
         self.nodes = [node_name(n) for n in ch[1 : 1 + count]]
         return ch[1 + count :]
 
-    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+    def read(self, cards: Cards, rule: str, ch: list[Any], line: Line) -> None:
         """Nodes, a model where there are types of it, then positional parameters, flags and key=value."""
         if self.least is not None:
             # the first word that names a model ends the nodes: known when the models are, see `divide`
@@ -255,7 +254,7 @@ class Element:
         if missing:
             raise cards.fail("E109", f"{ch[0]} has no {missing[0]}", line, ch[0], self.hint)
 
-    def with_names(self, cards: ElementCards, items: list[Any], first: int) -> list[Any]:
+    def with_names(self, cards: Cards, items: list[Any], first: int) -> list[Any]:
         """`area 3` as area=3, as ngspice reads it: from item `first` on, a parameter's name before a value."""
         if len(items) < first + 2:
             return items
@@ -394,7 +393,7 @@ class Element:
         """Itself, or the same line as an element of another law; `read`: what the deck reads of it, as gd of @d1[gd]."""
         return self
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         """Unknown names among the parameters: an error on the line (as in ngspice), a warning in a .model."""
         for name in self.params:
             if name not in (known := list(self.known())):
@@ -412,11 +411,11 @@ class Element:
             ctx.checked.add(key)
             self._check_model(ctx, self.model)
 
-    def meant(self, ctx: Context, name: str) -> tuple[str | None, list[Fix]]:
+    def meant(self, ctx: Circuit, name: str) -> tuple[str | None, list[Fix]]:
         """What to do instead of a parameter that an element of this kind has not."""
         return None, []
 
-    def _check_model(self, ctx: Context, model: Model) -> None:
+    def _check_model(self, ctx: Circuit, model: Model) -> None:
         words, at = self.model_names(), model.param_spans
         the_last_holds(model, self.model_table())
         numbers = {name for names, *_ in self.model_table() for name in names} | set(self.model_words)
@@ -444,18 +443,18 @@ class Element:
                     at.get(name, model.span), hint=did_you_mean(name, words, form="{}="),
                 )  # fmt: skip
 
-    def ic_unused(self, ctx: Context, instead: str) -> None:
+    def ic_unused(self, ctx: Circuit, instead: str) -> None:
         """ic= on the line counts under UIC alone, as in ngspice."""
         ctx.sink.warning(
             "W283", f"ic= of `{self.name}` has no effect: it counts only where .tran says uic", self.span,
             f"write uic behind .tran, or {instead}; without it the run starts from the operating point",
         )  # fmt: skip
 
-    def temperature(self, ctx: Context) -> float:
+    def temperature(self, ctx: Circuit) -> float:
         """The element's temperature [C]: its own `temp`, or the circuit's plus `dtemp`."""
         return self.number("temp") if "temp" in self.params else float(ctx.temp) + self.number("dtemp")
 
-    def temperature_factor(self, ctx: Context) -> float:
+    def temperature_factor(self, ctx: Circuit) -> float:
         """1 + tc1 dT + tc2 dT^2, or 1.01^(tce dT); dT against the model's tnom."""
         if self.model is None and not self.params:
             return 1.0
@@ -489,7 +488,7 @@ class Element:
     def paths(self) -> Sequence[Path]:
         return CONDUCTS
 
-    def imposes(self, ctx: Context) -> bool:
+    def imposes(self, ctx: Circuit) -> bool:
         """Is what it holds or drives its own, and may it differ from zero at t = 0?"""
         return False
 
@@ -499,21 +498,21 @@ class Element:
 
     # ---- equation (1) ----
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         """The default of two terminals: `flow` from the first to the second."""
         self.inject(ctx, self.flow(ctx))
 
-    def flow(self, ctx: Context) -> Expr:
+    def flow(self, ctx: Circuit) -> Expr:
         """Of two terminals: the current from the first through the element to the second [A]."""
         return ctx.b.x(ctx.branches[self.name])
 
-    def current(self, ctx: Context, terminal: int = 0) -> Expr:
+    def current(self, ctx: Circuit, terminal: int = 0) -> Expr:
         """The current into a terminal [A]."""
         if terminal > 1:
             return ctx.b.const(0.0)  # of a node that is only read
         return -self.flow(ctx) if terminal else self.flow(ctx)
 
-    def probe(self, ctx: Context, name: str) -> Expr | None:
+    def probe(self, ctx: Circuit, name: str) -> Expr | None:
         """@name[..]; None for what is not computed."""
         if name in CURRENT_NAMES:
             return self.current(ctx)
@@ -521,64 +520,64 @@ class Element:
             return self.between(ctx) * self.current(ctx)
         return self.between(ctx) if name == "v" and len(self.nodes) > 1 else None
 
-    def probes(self, ctx: Context) -> dict[str, str]:
+    def probes(self, ctx: Circuit) -> dict[str, str]:
         """What @name[..] reads, with its unit."""
         return dict.fromkeys(CURRENT_NAMES, "A") | dict.fromkeys(POWER_NAMES, "W") | {"v": "V"}
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         """Energies and powers. The default: it dissipates v i."""
         book.dissipates(self, self.between(ctx) * self.flow(ctx))
 
-    def excite(self, ctx: Context) -> Sequence[tuple[int, complex]]:
+    def excite(self, ctx: Circuit) -> Sequence[tuple[int, complex]]:
         """(number of the waveform, complex amplitude) of what is its own and oscillates in a small-signal analysis."""
         return ()
 
-    def noise(self, ctx: Context) -> Sequence[tuple[Any, ...]]:
+    def noise(self, ctx: Circuit) -> Sequence[tuple[Any, ...]]:
         """Currents of noise from the first terminal to the second: (name behind that of the element, power density at 1 Hz
         [A^2/Hz], exponent of frequency with which it falls); from one unknown to another where a pair of these stands behind."""
         return ()
 
-    def coloured(self, ctx: Context) -> Sequence[Coloured]:
+    def coloured(self, ctx: Circuit) -> Sequence[Coloured]:
         """Sources of noise whose density is no power of frequency: (name, rows of F with factors, density at a frequency
         [A^2/Hz])."""
         return ()
 
-    def thermal(self, ctx: Context, conductance: Scalar) -> Scalar:
+    def thermal(self, ctx: Circuit, conductance: Scalar) -> Scalar:
         """4 k T G, the power density of a conductance's current of noise [A^2/Hz]."""
         return 4.0 * BOLTZMANN * (self.temperature(ctx) + ZERO_CELSIUS) * conductance
 
-    def quantity(self, ctx: Context) -> float | None:
+    def quantity(self, ctx: Circuit) -> float | None:
         """Its value in SI units, of `unit`; None where it is no number."""
         return float(self.value) if isinstance(self.value, (int, float)) else None
 
     # ---- stamps that several share ----
 
-    def between(self, ctx: Context) -> Expr:
+    def between(self, ctx: Circuit) -> Expr:
         """The voltage from the first node to the second [V]."""
         return ctx.v(self.nodes[0], self.nodes[1])
 
-    def inject(self, ctx: Context, i: Expr) -> None:
+    def inject(self, ctx: Circuit, i: Expr) -> None:
         """Current i from the first node through the element to the second."""
         p, n = ctx.node(self.nodes[0]), ctx.node(self.nodes[1])
         ctx.b.add_f(p, i)
         ctx.b.add_f(n, -i)
 
-    def join(self, ctx: Context) -> tuple[int, int, int]:
+    def join(self, ctx: Circuit) -> tuple[int, int, int]:
         """The branch current in both nodes' rows; returns (branch row, n+, n-)."""
         p, n, br = ctx.node(self.nodes[0]), ctx.node(self.nodes[1]), ctx.branches[self.name]
         ctx.b.g(p, br, 1.0)
         ctx.b.g(n, br, -1.0)
         return br, p, n
 
-    def join_voltage(self, ctx: Context) -> int:
+    def join_voltage(self, ctx: Circuit) -> int:
         """A voltage-defined branch: row F = v+ - v- - (what the caller adds); returns the branch row."""
         br, p, n = self.join(ctx)
         ctx.b.g(br, p, 1.0)
         ctx.b.g(br, n, -1.0)
         return br
 
-    def expression(self, ctx: Context, holds: Callable[[], frozenset[str]] | None = None) -> Expr:
-        """A behavioural value, with its tc1, tc2; reciproctc=1: divided by what they make. `holds`: see Context.compile."""
+    def expression(self, ctx: Circuit, holds: Callable[[], frozenset[str]] | None = None) -> Expr:
+        """A behavioural value, with its tc1, tc2; reciproctc=1: divided by what they make. `holds`: see Circuit.compile."""
         value = ctx.compile(self.value, self.value_span or self.span, holds)
         factor = self.temperature_factor(ctx)
         if factor and self.number("reciproctc"):

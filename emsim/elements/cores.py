@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .._engine import Expr
-    from ..assemble.context import Context
+    from .contract import Circuit
 
     Scalar = Expr | float
 
@@ -210,7 +210,7 @@ class Core:
 
     def __init__(
         self,
-        ctx: Context,
+        ctx: Circuit,
         name: str,
         m: Material,
         coupling: float,

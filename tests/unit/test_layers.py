@@ -52,6 +52,7 @@ ROWS = [
     ["elaborate"],
     ["build"],
     ["build_control", "build_dots", "build_elements", "build_fmu", "build_machine", "build_measure"],
+    ["parsed"],
     ["elements", "mistakes"],
     ["build_expr"],
     ["dialects"],
@@ -69,7 +70,6 @@ CARDS_MAY_IMPORT = {"cards", "diagnostics", "registry", "units", "expr", "opened
 UPWARD = {
     ("outputs", "__init__"): "the version",
     ("result", "outputs"): "Result.save",
-    ("syntax", "mistakes"): "a line that is not accepted is read again, for its message",
 }
 
 RUST_ROWS = [
