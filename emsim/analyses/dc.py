@@ -15,9 +15,9 @@ from ..assemble.outputs import Output
 from ..elements.r import LEAST_RESISTANCE
 from ..expr import OUTSIDE, Name
 from ..opened import Opened
-from .base import Analysis, Axis, Computed, Run, channels, derived, recorded, wrong
+from .base import POINT, Analysis, Axis, Computed, Run, channels, derived, recorded, wrong
 from .op import is_static
-from .points import POINT, Points, evenly
+from .points import Points, evenly
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

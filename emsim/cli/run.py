@@ -39,7 +39,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from ..result import Result, Table
+    from ..result import Result
+    from ..table import Table
 
     Target = tuple[str, str, dict[str, Any]]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from ..expr import OUTSIDE
-from ..opened import hand_on
 from .rows import Rows
 
 TYPE_CHECKING = False
@@ -111,6 +110,8 @@ class Circuit(Rows):
 
     def by_hand(self, name: str, control: Expr, way: float = 1.0) -> Expr:
         """A switch's control, and what a hand adds to it, `way` upwards or downwards to close it."""
+        from ..opened import hand_on
+
         word = OUTSIDE + hand_on(name)
         if word not in (self.flat.inputs or ()):
             return control

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ..deck import Measure as Card
     from ..diagnostics import Diagnostic, Sink
     from ..expr import Node
-    from ..result import Table
+    from ..table import Table
     from .fourier import Spectrum
     from .points import Points
 
