@@ -14,7 +14,6 @@ from __future__ import annotations
 from itertools import pairwise
 from math import ceil
 
-from .._engine import arrange_diagram
 from .order import Order
 from .symbols import LETTER
 
@@ -157,6 +156,8 @@ class Layout:
             else (2, 20000, 120)
         )
         rounds, moves, polish = effort
+        from .._engine import arrange_diagram
+
         places, wires, failed, cost = arrange_diagram(given, ties, own, 1, rounds, moves, polish)
         return places, nets, wires, failed, cost
 
