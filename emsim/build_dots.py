@@ -32,21 +32,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 # analyses kept as text: later stages say that they do not run yet
-_ANALYSES = frozenset(
-    [
-        "noise",
-        "tf",
-        "sens",
-        "pz",
-        "disto",
-        "sp",
-        "hb",
-        "data",
-        "modes",
-        "mc",
-        "optran",
-    ]
-)
+_ANALYSES = frozenset("noise tf sens pz disto sp hb data modes mc optran".split())
 # words of LTspice's .tran, and what to do without them
 LTSPICE_TRAN = {
     "startup": "; a supply that rises from 0 in 20 us, as there, is PULSE(0 5 0 20u 1n 1)",

@@ -52,44 +52,15 @@ def _check_nesting(line: Line) -> None:
 
 # what the grammar's terminals are called when one of them is missing
 _NAMES = {
-    "WORD": "a name or value",
-    "NAME": "a name",
-    "NODE": "a node",
-    "NUMBER": "a number",
-    "_EQUAL": "`=`",
-    "_LPAR": "`(`",
-    "_RPAR": "`)`",
-    "_COMMA": "`,`",
-    "LBRACE": "`{`",
-    "RBRACE": "`}`",
-    "QUOTE": "a quote",
-    "DBLQUOTE": "a quote",
-    "QMARK": "`?`",
-    "COLON": "`:`",
-    "KEY_V": "`V=`",
-    "KEY_I": "`I=`",
-    "$END": "the end of the line",
-    "PATH": "a file name",
-    "QUOTED": "a file name",
-    "NAME_IN_QUOTES": "a name or value",
-}
+    "WORD": "a name or value", "NAME": "a name", "NODE": "a node", "NUMBER": "a number", "_EQUAL": "`=`", "_LPAR": "`(`",
+    "_RPAR": "`)`", "_COMMA": "`,`", "LBRACE": "`{`", "RBRACE": "`}`", "QUOTE": "a quote", "DBLQUOTE": "a quote",
+    "QMARK": "`?`", "COLON": "`:`", "KEY_V": "`V=`", "KEY_I": "`I=`", "$END": "the end of the line",
+    "PATH": "a file name", "QUOTED": "a file name", "NAME_IN_QUOTES": "a name or value",
+}  # fmt: skip
 _OPERATORS = [
-    "OR",
-    "AND",
-    "EQUALS",
-    "DIFFERS",
-    "AT_MOST",
-    "AT_LEAST",
-    "LESS",
-    "MORE",
-    "PLUS",
-    "MINUS",
-    "TIMES",
-    "OVER",
-    "PERCENT",
-    "POWER",
-    "QMARK",
-]
+    "OR", "AND", "EQUALS", "DIFFERS", "AT_MOST", "AT_LEAST", "LESS", "MORE", "PLUS", "MINUS", "TIMES", "OVER",
+    "PERCENT", "POWER", "QMARK",
+]  # fmt: skip
 
 # the form of each card, for the hint under an error in it
 FORMS = {

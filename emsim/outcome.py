@@ -31,20 +31,6 @@ class Outcome:
     Everything a Table offers is offered here too, of the main table: the last transient, else the last.
     """
 
-    __slots__ = (
-        "code",
-        "deck",
-        "diagnostics",
-        "files",
-        "measured",
-        "output",
-        "plots",
-        "prints",
-        "spectra",
-        "steps",
-        "title",
-    )
-
     def __init__(
         self,
         title: str,

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
 
 class Result(Outcome):
-    __slots__ = ()
-
     def save(self, path: str | PathLike[str], **options: Any) -> None:
         """Writes a file in the format of its extension: .raw (ascii=True for text), .csv (units=True for a
         line of units), .txt, .parquet, .nc, .html (the page). ValueError for any other, OutsideError where it

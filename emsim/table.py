@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from .store import Scene, Waves
 
 GROUNDED = (",0)", ",gnd)")
+PICKLED = ("title", "axis", "steps", "grid", "stats", "status", "plotname", "scene", "energy", "circuit")
 
 
 class Table:
@@ -91,9 +92,8 @@ class Table:
             waves.steady,
             getattr(waves, "complex", ()),
         )
-        given = (self.kind, self.names, self.units, columns, self.title, self.axis, self.steps, self.grid)
-        of_run = (self.stats, self.status, self.plotname, self.scene, self.energy, self.circuit)
-        return _table, (*given, *of_run, self.aside)
+        more = {name: getattr(self, name) for name in PICKLED}
+        return _table, ((self.kind, self.names, self.units, columns), more, self.aside)
 
     @property
     def digital(self) -> list[tuple[float, str, str]]:
@@ -527,17 +527,10 @@ class Table:
         return [abs(complex(re, im)) for re, im in zip(*self.parts(k), strict=True)]
 
 
-def _table(
-    kind: str, names: list[str], units: list[str], waves: Waves, title: str, axis: Axis | None, steps: list[str],
-    grid: tuple[float, float, float] | None, stats: dict[str, Any], status: str, plotname: str, scene: Scene | None, energy: Any,
-    circuit: Scene | None = None, aside: dict[str, np.ndarray] | None = None,
-) -> Table:  # fmt: skip
-    """A table from its parts in order, for unpickling."""
-    made = Table(
-        kind, names, units, waves, title=title, axis=axis, steps=steps, grid=grid, stats=stats, status=status,
-        plotname=plotname, scene=scene, energy=energy, circuit=circuit,
-    )  # fmt: skip
-    made.aside = dict(aside or {})
+def _table(given: tuple[Any, ...], more: dict[str, Any], aside: dict[str, np.ndarray]) -> Table:
+    """A table from its parts, for unpickling."""
+    made = Table(*given, **more)
+    made.aside = dict(aside)
     return made
 
 

@@ -119,7 +119,7 @@ class Dc(Analysis):
                 return None
             if step * (stop - start) < 0.0:
                 said = f"steps of {step:g} do not lead from {start:g} to {stop:g}: {-step:g} is taken"
-                sink.warning("W308", said, card.span, f"write {-step:g}", [])
+                sink.warning("W308", said, card.span, f"write {-step:g}")
                 step = -step
             if step == 0.0 and start != stop:
                 wrong(cls, card, sink, f"steps of {step:g} do not lead from {start:g} to {stop:g}")

@@ -39,19 +39,6 @@ __all__ = ["Assembly", "Compiling", "Context", "Output", "assemble"]
 class Assembly:
     """A compiled deck. `outputs` maps each of the `analyses` to its columns, without the axis."""
 
-    __slots__ = (
-        "accounts",
-        "analyses",
-        "ctx",
-        "drawn",
-        "flat",
-        "flows",
-        "options",
-        "outputs",
-        "prints",
-        "system",
-    )
-
     def __init__(
         self,
         ctx: Context,

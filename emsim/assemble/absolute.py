@@ -97,9 +97,6 @@ class Absolute(Machine):
                 )
                 c.drive, c.start = drive, _value(self.like, self.like.joints[joint.name].q)
 
-    def _check_space(self) -> None:
-        """Joint coordinates have been asked."""
-
     def _check_measured(self, joint: JointState) -> None:
         """The start is that of joint coordinates."""
 

@@ -18,15 +18,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from typing import Any
 
-    from .._engine import Expr
     from ..deck import Model
     from ..diagnostics import Span
     from ..source import Line
-    from .accounts import Accounts
     from .base import Path
-    from .contract import Circuit, Level
+    from .contract import Accounts, Cards, Circuit, Expr, Level
     from .net import Net
-    from .words import Cards
     from .xspice.base import CodeModel, Port, Seat, Word
 
 PIECES = r"\[|\]|~|%[A-Za-z]*|[^\[\]~%]+"

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..source import Line
+    from .contract import Cards
     from .net import Net
-    from .words import Cards
 
 
 class Behavioural(Controlled):

@@ -36,14 +36,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
     from typing import Any, ClassVar, Self, TypeVar
 
-    from .._engine import Expr
     from ..deck import Instance, Model, Waveform
     from ..diagnostics import Fix, Span
     from ..source import Line, SourceFile
-    from .accounts import Accounts
-    from .contract import Circuit, Level
+    from .contract import Accounts, Cards, Circuit, Expr, Level
     from .net import Net
-    from .words import Cards
 
     P = TypeVar("P")
     Scalar = Expr | float

@@ -11,9 +11,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
-    from .accounts import Accounts
-    from .contract import Circuit
+    from .contract import Accounts, Circuit, Expr
+
 
 EPS0 = 8.8541878128e-12  # [F/m]
 

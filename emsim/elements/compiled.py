@@ -11,11 +11,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import Any, ClassVar
 
-    from .._engine import Expr
     from ..deck import Model
-    from .accounts import Accounts
     from .base import Path
-    from .contract import Circuit
+    from .contract import Accounts, Circuit, Expr
 
 START = {"off": Param("off at the start"), "ic": Param()}
 # of every .model, whatever its module knows

@@ -1,4 +1,5 @@
-"""What elements may ask of the circuit that they are part of, and of the level of the deck that they stand on."""
+"""What elements may ask: of the circuit that they are part of, of the level of the deck that they stand on, of the words of their
+lines; and what they fill in. One import has the types of all."""
 
 from __future__ import annotations
 
@@ -6,6 +7,8 @@ import math
 
 from ..expr import OUTSIDE
 from .rows import Rows
+
+__all__ = ["Accounts", "Cards", "Circuit", "Expr", "Level"]
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -18,7 +21,9 @@ if TYPE_CHECKING:
     from ..draws import Draws
     from ..expr import Node, Scope
     from ..opened import Opened
+    from .accounts import Accounts
     from .base import Element
+    from .words import Cards
 
     class Level(Protocol):
         """The top of the deck, or one use of a subcircuit (elaborate/bind.py)."""

@@ -18,13 +18,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import Any
 
-    from .._engine import Expr
     from ..source import Line
-    from .accounts import Accounts
     from .base import Path
-    from .contract import Circuit, Level
+    from .contract import Accounts, Cards, Circuit, Expr, Level
     from .net import Net
-    from .words import Cards
 
     Terms = list[tuple[int, float]]  # a sum of (unknown, factor)
 

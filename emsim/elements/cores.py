@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from typing import Any
 
-    from .._engine import Expr
-    from .contract import Circuit
+    from .contract import Circuit, Expr
 
     Scalar = Expr | float
 

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
     from ..deck import Waveform
     from ..source import Line
-    from .contract import Circuit, Level
-    from .words import Cards
+    from .contract import Cards, Circuit, Level
 
     # ("at", is the time relative?, time, value), ("file", name, place), ("repeat", how often or None, items)
     Course = list[tuple[Any, ...]]

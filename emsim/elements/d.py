@@ -16,9 +16,7 @@ if TYPE_CHECKING:
     from typing import Any, ClassVar
 
     from ..source import Line
-    from .accounts import Accounts
-    from .contract import Circuit
-    from .words import Cards
+    from .contract import Accounts, Cards, Circuit
 
 
 class Diode(Element):

@@ -11,9 +11,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import ClassVar
 
-    from .._engine import Expr
     from .base import Path
-    from .contract import Circuit
+    from .contract import Circuit, Expr
     from .net import Net
 
 # words of the complete module alone (devices/diode.va), where they are not 0, ...

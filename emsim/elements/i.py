@@ -7,9 +7,7 @@ from .independent import DISTORTION, Independent
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .._engine import Expr
-    from .accounts import Accounts
-    from .contract import Circuit
+    from .contract import Accounts, Circuit, Expr
 
 
 class CurrentSource(Independent):

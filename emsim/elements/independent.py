@@ -13,9 +13,8 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..source import Line
-    from .contract import Circuit, Level
+    from .contract import Cards, Circuit, Level
     from .net import Net
-    from .words import Cards
 
 # words that are followed by values and may stand behind a waveform
 PORT_WORDS = ("distof1", "distof2", "portnum", "z0", "pwr", "freq", "phase")

@@ -15,13 +15,10 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
     from ..deck import Model
     from ..source import Line
-    from .accounts import Accounts
-    from .contract import Circuit, Level
+    from .contract import Accounts, Cards, Circuit, Expr, Level
     from .net import Net
-    from .words import Cards
 
 LAWS = ("ja", "play")
 

@@ -14,10 +14,8 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..source import Line
-    from .accounts import Accounts
-    from .contract import Circuit
+    from .contract import Accounts, Cards, Circuit
     from .net import Net
-    from .words import Cards
 
 
 class Inductor(Passive):

@@ -14,10 +14,8 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from .._engine import Expr
-    from .accounts import Accounts
     from .base import Coloured, Path
-    from .contract import Circuit
+    from .contract import Accounts, Circuit, Expr
     from .net import Net
 
 OF_LENGTH = {

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from .contract import Circuit
 
+
 MOST = 8  # conductors, as in ngspice
 WEIGHTS = (1.0, 1e-3, 7e-4)  # of l, r, g: the losses choose where l has equal eigenvalues
 NOTHING = 1e-5  # of the largest entry: what is off the diagonal comes from the digits of the numbers

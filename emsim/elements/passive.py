@@ -12,11 +12,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any, ClassVar
 
-    from .._engine import Expr
     from ..source import Line
-    from .contract import Circuit
+    from .contract import Cards, Circuit, Expr
     from .net import Net
-    from .words import Cards
 
 FILAMENT = 10e-6  # default width and length of R and C models [m]
 

@@ -10,10 +10,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
     from ..source import Line
-    from .contract import Circuit
-    from .words import Cards
+    from .contract import Cards, Circuit, Expr
 
 LEAST_RESISTANCE = 1e-3  # what ngspice makes of 0 ohm [ohm]
 

@@ -9,8 +9,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
-    from .contract import Circuit
+    from .contract import Circuit, Expr
     from .net import Net
 
 

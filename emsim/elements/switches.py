@@ -21,12 +21,10 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
     from ..deck import Model
     from ..source import Line
-    from .contract import Circuit
+    from .contract import Cards, Circuit, Expr
     from .net import Net
-    from .words import Cards
 
 
 class Switch(Element):

@@ -13,9 +13,7 @@ from .base import Element, Param, Path, named
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .._engine import Expr
-    from .accounts import Accounts
-    from .contract import Circuit
+    from .contract import Accounts, Circuit, Expr
     from .net import Net
 
 QUARTER = 0.25  # nl where f is given alone

@@ -46,8 +46,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from .._engine import Expr
-    from .contract import Circuit
+    from .contract import Circuit, Expr
 
     Pair = tuple[Expr, Expr]
 

@@ -23,10 +23,9 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from .._engine import Expr
     from ..diagnostics import Span
     from ..expr import Node
-    from .contract import Circuit
+    from .contract import Circuit, Expr
 
     Coefficients = list[float]  # of powers of s, the lowest first
 

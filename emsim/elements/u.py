@@ -12,9 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from typing import Any
 
-    from .._engine import Expr
-    from .accounts import Accounts
-    from .contract import Circuit
+    from .contract import Accounts, Circuit, Expr
     from .net import Net
 
 FEWEST = 3  # lumps

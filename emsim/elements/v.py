@@ -7,8 +7,7 @@ from .independent import DISTORTION, Independent
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .accounts import Accounts
-    from .contract import Circuit
+    from .contract import Accounts, Circuit
 
 ROUNDING = 1e-15  # sin(pi) is not quite 0
 

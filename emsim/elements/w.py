@@ -10,8 +10,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
-    from .contract import Circuit, Level
+    from .contract import Circuit, Expr, Level
     from .net import Net
 
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..source import Line
-    from .words import Cards
+    from .contract import Cards
 
 
 class Use(Element):

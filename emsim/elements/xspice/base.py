@@ -24,9 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from typing import Any, ClassVar
 
-    from ..._engine import Expr
     from ...diagnostics import Span
-    from ..contract import Circuit
+    from ..contract import Circuit, Expr
 
     Scalar = Expr | float
 
