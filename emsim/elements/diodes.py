@@ -6,6 +6,7 @@ import math
 
 from .base import TEMPERATURE, Element, M, Param
 from .compiled import Compiled
+from .words import Written
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ HARMLESS = frozenset(
 def become(e: Element, kind: type[Element]) -> Element:
     """The same line as an element of another class."""
     other = kind.__new__(kind)
-    for slot in Element.__slots__:
+    for slot in Written.__slots__:
         if hasattr(e, slot):  # a plain line has not all of them
             setattr(other, slot, getattr(e, slot))
     return other
