@@ -235,7 +235,7 @@ class Analysis(ABC):
         return None
 
     def rows(self) -> tuple[float, int, str]:
-        """Rows that are known before the run, bytes of each beside the table's own, and what makes fewer: see points.py."""
+        """Rows that are known before the run, bytes of each beside the table's own, and what makes fewer: see `size`."""
         return len(self.frequencies), POINT, "fewer points; those of `dec` lie evenly over decades"
 
     def size(self, assembly: Assembly) -> float:
