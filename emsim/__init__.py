@@ -24,9 +24,10 @@ if TYPE_CHECKING:
     from .fits import fit, optimise
     from .fmus.session import Session
     from .pipeline import check, compile, run
-    from .result import Result, Table
+    from .result import Result
     from .sweeps import sweep
     from .system import System
+    from .table import Table
 
 __all__ = [
     "ConvergenceError", "Deck", "DeckError", "Interrupted", "OutsideError", "Result", "Session", "System", "Table", "check",
@@ -35,7 +36,7 @@ __all__ = [
 
 _HOMES = {
     "run": "pipeline", "sweep": "sweeps", "fit": "fits", "optimise": "fits", "compile": "pipeline", "check": "pipeline",
-    "Deck": "alterable", "Result": "result", "Table": "result", "System": "system",
+    "Deck": "alterable", "Result": "result", "Table": "table", "System": "system",
     "DeckError": "diagnostics", "ConvergenceError": "diagnostics", "OutsideError": "diagnostics",
     "Interrupted": "diagnostics", "Session": "fmus.session",
 }  # fmt: skip

@@ -17,8 +17,9 @@ from .deck import Analysis, Deck, Dot, Unread
 from .diagnostics import DeckError, Diagnostic, OutsideError, Sink, Span, suggest
 from .elements import LETTERS, Element
 from .marks import card_class, start_of
+from .parsed import parse_line
 from .source import Line, NoCollection, Reading, SourceFile, decode, load
-from .syntax import LineError, parse_line
+from .syntax import LineError
 from .units import spice_number
 
 TYPE_CHECKING = False

@@ -7,8 +7,9 @@ The section itself is carried out by control/; this is for whoever has to know a
 
 from __future__ import annotations
 
+from .parsed import parse_line
 from .source import Line
-from .syntax import LineError, parse_line
+from .syntax import LineError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -21,8 +21,9 @@ from .deck import (
 )
 from .diagnostics import Diagnostic, Fix
 from .expr import Binary, Call, Name, Num, names
+from .parsed import parse_line
 from .source import Leaf, Line, SourceFile
-from .syntax import LineError, code_end, first_word, parse_line
+from .syntax import LineError, code_end, first_word
 from .units import spice_leftover, spice_number
 
 TYPE_CHECKING = False
@@ -31,21 +32,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 # analyses kept as text: later stages say that they do not run yet
-_ANALYSES = frozenset(
-    [
-        "noise",
-        "tf",
-        "sens",
-        "pz",
-        "disto",
-        "sp",
-        "hb",
-        "data",
-        "modes",
-        "mc",
-        "optran",
-    ]
-)
+_ANALYSES = frozenset("noise tf sens pz disto sp hb data modes mc optran".split())
 # words of LTspice's .tran, and what to do without them
 LTSPICE_TRAN = {
     "startup": "; a supply that rises from 0 in 20 us, as there, is PULSE(0 5 0 20u 1n 1)",

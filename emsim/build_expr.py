@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
+from . import units
 from .diagnostics import Diagnostic, Fix, Span
 from .expr import PAST, TRANSFORM, Binary, Call, Cond, Name, Node, Num, Unary, rewritten, ticks_ago
 from .source import Line
 from .syntax import LineError
-from .units import (
-    MISREAD_SUFFIXES,
-    MISREAD_UNITS,
-    machine_number,
-    machine_number_problem,
-    scale_of,
-    spice_leftover,
-    spice_number,
-    split_number,
-)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -194,12 +185,12 @@ def _number_in_expression(leaf: Any, line: Line, machine: bool) -> float:
     value = _SEEN.get(leaf)
     if value is not None:
         return value
-    value = spice_number(leaf)
+    value = units.spice_number(leaf)
     assert value is not None  # the grammar's NUMBER
     if value == float("inf"):
         raise error_at("E110", "the number is too large", line, leaf)
-    letters = split_number(leaf)[1].lower()  # type: ignore[index]
-    if letters in MISREAD_UNITS:
+    letters = units.split_number(leaf)[1].lower()  # type: ignore[index]
+    if letters in units.MISREAD_UNITS:
         raise_to = Diagnostic(
             "warning",
             "W112",
@@ -208,7 +199,7 @@ def _number_in_expression(leaf: Any, line: Line, machine: bool) -> float:
             "units are understood on machine cards only; write the SI value",
         )
         line.file.remarks.append(raise_to)
-    elif leftover := spice_leftover(leaf):
+    elif leftover := units.spice_leftover(leaf):
         line.file.remarks.append(ignored_letters(leaf, value, leftover, line))
     elif len(_SEEN) < 100_000:
         _SEEN[str(leaf)] = value
@@ -223,21 +214,21 @@ def ignored_letters(leaf: Any, value: float, leftover: str, line: Line) -> Diagn
         "\u00ce\u00bc",
     ):  # a micro sign in UTF-8 that was taken for Latin-1 and encoded again
         hint = f"this is a micro sign that was encoded twice: write `{leaf[: -len(leftover)]}u`"
-    elif scale_of(leftover)[1] and leftover.isalpha():
-        hint = f"the scale is `{scale_of(leftover)[1]}` here, as in 1.5k; behind it only units stand: ohm F H V A s Hz"
+    elif units.scale_of(leftover)[1] and leftover.isalpha():
+        hint = f"the scale is `{units.scale_of(leftover)[1]}` here, as in 1.5k; behind it only units stand: ohm F H V A s Hz"
     return Diagnostic(
-        "warning", "W110", f"`{leaf}` is read as {value:g}: SPICE ignores `{leftover[len(scale_of(leftover)[1]):]}`",
+        "warning", "W110", f"`{leaf}` is read as {value:g}: SPICE ignores `{leftover[len(units.scale_of(leftover)[1]):]}`",
         line.span(leaf), hint,
     )  # fmt: skip
 
 
 def machine_float(leaf: Any, line: Line) -> float:
-    value = machine_number(leaf)
+    value = units.machine_number(leaf)
     if value is None:
-        message, hint, plain = machine_number_problem(leaf)
+        message, hint, plain = units.machine_number_problem(leaf)
         fixes = [] if plain is None else [Fix(line.span(leaf), plain)]
         raise LineError(Diagnostic("error", "E111", message, line.span(leaf), hint, fixes=fixes))
-    misread = MISREAD_SUFFIXES.get(leaf.lstrip("+-.0123456789"))
+    misread = units.MISREAD_SUFFIXES.get(leaf.lstrip("+-.0123456789"))
     if misread is not None:
         read_as, meant, advice = misread
         digits = leaf[:-1]
@@ -269,7 +260,7 @@ def node_name(leaf: Any) -> str:
 def machine_value(item: Any, line: Line) -> Any:
     """float (SI), word, tuple, or AST; a shape such as rod(0.3) is a Call."""
     if item.__class__ is not tuple:
-        return machine_float(item, line) if split_number(item) is not None else str(item.lower())
+        return machine_float(item, line) if units.split_number(item) is not None else str(item.lower())
     rule, ch = item
     if rule == "braced":
         node = expression(item, line, machine=True)

@@ -8,8 +8,9 @@ from .build_expr import expression
 from .deck import Dot, Probe
 from .diagnostics import Diagnostic
 from .expr import Name, Num
+from .parsed import parse_line
 from .source import Line
-from .syntax import LineError, code_end, parse_line
+from .syntax import LineError, code_end
 
 FORM = ".fmu in=v1,load param=v2 tune=r1 out=v(out),angle(arm)"
 LISTS = ("in", "param", "tune", "out")

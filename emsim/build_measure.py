@@ -11,8 +11,9 @@ from .build_expr import expression
 from .deck import Clause, Measure
 from .diagnostics import Diagnostic
 from .expr import Call, Name, Node, Num
+from .parsed import parse_line
 from .source import Line
-from .syntax import LineError, code_end, parse_line
+from .syntax import LineError, code_end
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -307,18 +307,8 @@ class Deck:
     `shared`: parameters of .csparam, which commands of .control read as vectors."""
 
     __slots__ = (
-        "asked",
-        "body",
-        "defines",
-        "file",
-        "named",
-        "outside",
-        "params",
-        "sections",
-        "shared",
-        "sink",
-        "title",
-    )
+        "asked", "body", "defines", "file", "named", "outside", "params", "sections", "shared", "sink", "title",
+    )  # fmt: skip
 
     def __init__(self, title: str, file: SourceFile, sink: Sink) -> None:
         self.title = title

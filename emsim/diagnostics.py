@@ -14,9 +14,14 @@ import sys
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-    from typing import Any, NoReturn
+    from typing import Any, NoReturn, TypedDict, Unpack
 
     from .source import Line, SourceFile
+
+    class More(TypedDict, total=False):
+        labels: Sequence[tuple[Span, str]]
+        fixes: Sequence[Fix]
+
 
 MAX_ERRORS_SHOWN = 20
 EXCERPT_WIDTH = 110
@@ -293,37 +298,19 @@ class Sink:
             self.diagnostics.append(diagnostic)
 
     def error(
-        self,
-        code: str,
-        message: str,
-        span: Span | None = None,
-        hint: str | None = None,
-        labels: Sequence[tuple[Span, str]] = (),
-        fixes: Sequence[Fix] = (),
+        self, code: str, message: str, span: Span | None = None, hint: str | None = None, **more: Unpack[More]
     ) -> None:
-        self.add(Diagnostic("error", code, message, span, hint, labels, fixes))
+        self.add(Diagnostic("error", code, message, span, hint, **more))
 
     def warning(
-        self,
-        code: str,
-        message: str,
-        span: Span | None = None,
-        hint: str | None = None,
-        labels: Sequence[tuple[Span, str]] = (),
-        fixes: Sequence[Fix] = (),
+        self, code: str, message: str, span: Span | None = None, hint: str | None = None, **more: Unpack[More]
     ) -> None:
-        self.add(Diagnostic("warning", code, message, span, hint, labels, fixes))
+        self.add(Diagnostic("warning", code, message, span, hint, **more))
 
     def note(
-        self,
-        code: str,
-        message: str,
-        span: Span | None = None,
-        hint: str | None = None,
-        labels: Sequence[tuple[Span, str]] = (),
-        fixes: Sequence[Fix] = (),
+        self, code: str, message: str, span: Span | None = None, hint: str | None = None, **more: Unpack[More]
     ) -> None:
-        self.add(Diagnostic("note", code, message, span, hint, labels, fixes))
+        self.add(Diagnostic("note", code, message, span, hint, **more))
 
     def raise_if_errors(self) -> None:
         """Raise DeckError with everything collected, when an error is among it."""

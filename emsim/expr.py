@@ -263,13 +263,14 @@ class _Calls:
 # another measurement, where a .meas reads one: meas(name)
 MEASURED = "meas"
 # functions that read circuit and machine; kinds of joints have words of their own beside them (Scope.reads)
-PROBES = frozenset(
+PARTS = frozenset("vm vp vr vi vdb vph im ip ir ii idb".split())  # of complex voltages and currents
+MECHANICAL = frozenset(
     """
-    v i vm vp vr vi vdb vph im ip ir ii idb angle omega alpha pos vel acc x y z vx vy vz ax ay az
-    fx fy fz mx my mz force torque id iq p gap slip friction mode hits impulse tension length energy ke pe
-    power loss supplied
+    v i angle omega alpha pos vel acc x y z vx vy vz ax ay az fx fy fz mx my mz force torque id iq p gap slip friction mode hits
+    impulse tension length energy ke pe power loss supplied
     """.split()
 )
+PROBES = MECHANICAL | PARTS
 # before the name of what comes from outside while the model runs (fmus/ports.py); no name of a deck begins so
 OUTSIDE = "input "
 # before the name of a clocked signal where no parameter can be meant

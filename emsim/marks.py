@@ -23,3 +23,12 @@ def card_class(line: Line) -> type[Card] | None:
 def start_of(line: Line) -> str:
     """From which start of the grammar a line of a deck is read."""
     return "dot" if line.text[0] == "." else "machine_card" if card_class(line) else "element"
+
+
+def missing_mark(word: str) -> str:
+    """Why a line that begins with a card word was read as SPICE, as a hint."""
+    card = CARDS[word.upper()]
+    return (
+        f"a {word.upper()} card needs {card.mark_in_words()}; without it the line is SPICE element {word[0].upper()}\n"
+        f"form: {card.spec.form}"
+    )

@@ -9,7 +9,7 @@ from .cards import CARDS
 from .diagnostics import Diagnostic, Fix, Span, did_you_mean
 from .elements import LETTERS
 from .lark_grammar import parser
-from .marks import card_class
+from .marks import card_class, missing_mark
 from .source import Line
 from .syntax import LineError, code_end, first_word, uncommented
 from .units import spice_number
@@ -25,7 +25,7 @@ MAX_NESTING = 100
 
 
 def lark_line(line: Line, start: str) -> Tree:
-    """syntax.parse_line by Lark itself. Raises LineError."""
+    """parsed.parse_line by Lark itself. Raises LineError."""
     text = line.text
     if len(text) > 200 and (text.count("(") + text.count("{")) > MAX_NESTING:
         _check_nesting(line)
@@ -52,44 +52,15 @@ def _check_nesting(line: Line) -> None:
 
 # what the grammar's terminals are called when one of them is missing
 _NAMES = {
-    "WORD": "a name or value",
-    "NAME": "a name",
-    "NODE": "a node",
-    "NUMBER": "a number",
-    "_EQUAL": "`=`",
-    "_LPAR": "`(`",
-    "_RPAR": "`)`",
-    "_COMMA": "`,`",
-    "LBRACE": "`{`",
-    "RBRACE": "`}`",
-    "QUOTE": "a quote",
-    "DBLQUOTE": "a quote",
-    "QMARK": "`?`",
-    "COLON": "`:`",
-    "KEY_V": "`V=`",
-    "KEY_I": "`I=`",
-    "$END": "the end of the line",
-    "PATH": "a file name",
-    "QUOTED": "a file name",
-    "NAME_IN_QUOTES": "a name or value",
-}
+    "WORD": "a name or value", "NAME": "a name", "NODE": "a node", "NUMBER": "a number", "_EQUAL": "`=`", "_LPAR": "`(`",
+    "_RPAR": "`)`", "_COMMA": "`,`", "LBRACE": "`{`", "RBRACE": "`}`", "QUOTE": "a quote", "DBLQUOTE": "a quote",
+    "QMARK": "`?`", "COLON": "`:`", "KEY_V": "`V=`", "KEY_I": "`I=`", "$END": "the end of the line",
+    "PATH": "a file name", "QUOTED": "a file name", "NAME_IN_QUOTES": "a name or value",
+}  # fmt: skip
 _OPERATORS = [
-    "OR",
-    "AND",
-    "EQUALS",
-    "DIFFERS",
-    "AT_MOST",
-    "AT_LEAST",
-    "LESS",
-    "MORE",
-    "PLUS",
-    "MINUS",
-    "TIMES",
-    "OVER",
-    "PERCENT",
-    "POWER",
-    "QMARK",
-]
+    "OR", "AND", "EQUALS", "DIFFERS", "AT_MOST", "AT_LEAST", "LESS", "MORE", "PLUS", "MINUS", "TIMES", "OVER",
+    "PERCENT", "POWER", "QMARK",
+]  # fmt: skip
 
 # the form of each card, for the hint under an error in it
 FORMS = {
@@ -106,15 +77,6 @@ FORMS = {
     ".modes": ".modes [static]",
     **{word: form for word, (form, _) in dots.CARDS.items()},
 }
-
-
-def missing_mark(word: str) -> str:
-    """Why a line that begins with a card word was read as SPICE, as a hint."""
-    card = CARDS[word.upper()]
-    return (
-        f"a {word.upper()} card needs {card.mark_in_words()}; without it the line is SPICE element {word[0].upper()}\n"
-        f"form: {card.spec.form}"
-    )
 
 
 def form_of(line: Line, start: str) -> str | None:

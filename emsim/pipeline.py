@@ -26,9 +26,11 @@ if TYPE_CHECKING:
     from .measures.fourier import Spectrum
     from .outputs.raw import Stream
     from .reports.equations import Explained
-    from .result import Result, Scene, Table
+    from .result import Result
     from .source import Source
+    from .store import Scene
     from .system import System
+    from .table import Table
 
     Options = Mapping[str, Any]
     Progress = Callable[[float, float, float, int, int], object]
@@ -326,7 +328,7 @@ def prepare(
 ) -> tuple[Assembly, list[Analysis]]:
     """Flat deck -> compiled system, and the analyses with their settings. `recording` notes who contributed what."""
     from .analyses import plan, refused
-    from .assemble import Context, assemble
+    from .assemble import Compiling, assemble
     from .assemble.options import resolve
     from .source import NoCollection
 
@@ -338,7 +340,7 @@ def prepare(
 
         check(flat.measures, flat.sink)
     times = next((found[:2] for a in planned if (found := a.times()) is not None), (1.0, 1.0))
-    context = Context
+    context = Compiling
     if recording:
         from .assemble.recording import Recording as context
     with NoCollection():
@@ -386,7 +388,6 @@ def solve(
 ) -> list[Run]:
     """Every analysis in deck order; the first one that fails is the last."""
     from .analyses.base import derived
-    from .analyses.points import check_memory
 
     runs: list[Run] = []
     for analysis in planned:
@@ -395,7 +396,10 @@ def solve(
             assembly.drawing(), own.drawing()
         if stream is not None and analysis.streams and not derived(own, analysis):
             analysis.into = _streamed(own, analysis, runs, stream)
-        check_memory(own, analysis)
+        if analysis.size(own) > 1 << 20:  # a megabyte is there
+            from .analyses.points import check_memory
+
+            check_memory(own, analysis)
         own.system.begin(analysis.asks_as)
         run = analysis.run(own, progress)
         runs += (run, *run.beside)
@@ -420,7 +424,7 @@ def command(
 ) -> Result:
     """A deck with a .control section: what that says, as under ngspice -b. The analyses of the deck's dot cards run where it says
     `run`, or behind it where it never does. Plots are the tables of the result, the current one the last."""
-    from .control import Session
+    from .control import COMMANDS, Section
     from .diagnostics import ConvergenceError, DeckError
     from .elaborate.altered import Altered
     from .result import Result
@@ -434,7 +438,9 @@ def command(
         return deliver(assembly, solve(assembly, planned, progress, scene))
 
     altered = Altered(deck, flat, _option(options, "temp"), _option(options, "seed"))
-    session = Session(altered, analyse, say or said.append, [f.path for f in flat.sources if f.path])
+    session = Section(
+        COMMANDS, altered, analyse, say or said.append, [f.path for f in flat.sources if f.path]
+    )
     session.run(flat.commands)
     result = Result(
         flat.title, session.tables(), [*first, *(d for d in session.sink.diagnostics if d not in first), *session.trouble],
@@ -519,7 +525,8 @@ def _measured(
     outputs, degree = r.inside
     fine = None
     if outputs and r.axis is not None:
-        from .result import Columns, Table
+        from .store import Columns
+        from .table import Table
 
         names, units = [r.axis.name, *(o.name for o in outputs)], [r.axis.unit, *(o.unit for o in outputs)]
         complex = [False, *(r.analysis.complex for _ in outputs)]
@@ -552,7 +559,7 @@ def _own_prints(assembly: Assembly, tables: list[Table]) -> list[tuple[str, list
 
 def _table(assembly: Assembly, r: Run) -> Table:
     from .analyses.base import Part
-    from .result import Scene
+    from .store import Scene
 
     drawing = assembly.drawn if "machine" in r.analysis.draws and r.channels.columns else None
     moving = 0 if drawing is None else len(drawing.channels)
@@ -590,8 +597,8 @@ def _circuit(assembly: Assembly, r: Run, first: int) -> Scene | None:
         return None
     from .analyses.base import Part
     from .diagnostics import DeckError
-    from .result import Scene
     from .schematic.picture import pictures
+    from .store import Scene
 
     if "circuit" not in r.analysis.draws or not r.channels.columns:
         flows = None  # drawn without what flows in it
@@ -614,7 +621,7 @@ def _circuit(assembly: Assembly, r: Run, first: int) -> Scene | None:
 
 def _named(assembly: Assembly, r: Run, **more: Any) -> Table:
     """The columns of a run, those among them that follow from others."""
-    from .result import Table
+    from .table import Table
 
     title = assembly.flat.title
     more.setdefault("plotname", r.plotname)

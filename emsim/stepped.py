@@ -9,7 +9,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 from .analyses import Axis
-from .result import Result, Table
+from .result import Result
+from .table import Table
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

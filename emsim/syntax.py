@@ -1,21 +1,16 @@
 """Parsing: a logical line becomes a small tree, by Lark's tables of the grammar in grammar/*.lark.
 
 A tree is (rule, [children]); a leaf is a str with `type`, `start_pos` and `end_pos` (its place in the line). The
-engine runs the tables (engine/src/syntax); grammar/export.py took them from Lark. A line that it does not accept
-is parsed again by Lark itself, which knows what would have fitted (mistakes.py): so Lark is imported only when
-something is wrong.
+engine runs the tables (engine/src/syntax); grammar/export.py took them from Lark. parsed.py calls it for one line.
 """
 
 from __future__ import annotations
-
-from .source import trees
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
     from .diagnostics import Diagnostic
-    from .source import Line
 
     Tree = tuple[str, list[Any]]
 
@@ -26,19 +21,6 @@ class LineError(Exception):
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.message)
         self.diagnostic = diagnostic
-
-
-def parse_line(line: Line, start: str) -> Tree:
-    """The tree of a logical line, from one of lark_grammar.STARTS. Raises LineError."""
-    try:
-        tree: Tree | None = trees().line(line.text, start)
-    except UnicodeEncodeError:  # half a surrogate pair
-        tree = None
-    if tree is None:
-        from .mistakes import lark_line
-
-        tree = lark_line(line, start)
-    return tree
 
 
 def first_word(text: str) -> str:

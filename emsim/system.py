@@ -150,9 +150,9 @@ class System:
 
     def _repr_html_(self) -> str:
         """For notebooks: every unknown and its row."""
-        from .outputs import notebook
+        from . import tabular
 
-        return notebook.unknowns(self.names, self.kinds, self.units, self.algebraic)
+        return tabular.unknowns(self.names, self.kinds, self.units, self.algebraic)
 
     def __repr__(self) -> str:
         lines = [f"System of {self.n} unknowns"]

@@ -7,7 +7,7 @@ from typing import Any
 from emsim import pipeline
 from emsim._engine import Builder, Expr
 from emsim.assemble import circuit
-from emsim.assemble.context import Context
+from emsim.assemble.compiling import Compiling
 from emsim.assemble.machine import Machine
 from emsim.assemble.options import resolve
 from emsim.diagnostics import DeckError, Diagnostic
@@ -22,7 +22,7 @@ def flat(cards: str) -> Any:
 def machine(cards: str) -> Machine:
     """The machine, built and contributed, in a builder that is still open. Raises DeckError."""
     deck = flat(cards)
-    ctx = Context(Builder(), deck, resolve(deck))
+    ctx = Compiling(Builder(), deck, resolve(deck))
     circuit.allocate(ctx)
     m = Machine(ctx)
     m.build()

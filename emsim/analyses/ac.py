@@ -34,6 +34,7 @@ class OverFrequencies(Analysis):
     """What is computed at the frequencies of `dec|oct|lin n fstart fstop`."""
 
     axis = Axis("frequency", "Hz", log=True)
+    frequencies: Points
 
     def __init__(self, card: Card, frequencies: Points) -> None:
         self.card, self.frequencies, self.static = card, frequencies, is_static(card)

@@ -43,7 +43,7 @@ def remarks(assembly: Assembly, run: Run) -> None:
         hangs(assembly, at, *found)
     if getattr(waves, "unstable", None) is not None:
         _unstable(assembly, run)
-    if run.waves.watch:
+    if any(run.waves.watch.values()):
         from .watch import teach
 
         rows = run.waves.rows
@@ -228,9 +228,11 @@ def _pushes(assembly: Assembly, span: Span | None) -> bool:
 
 def _invariants(assembly: Assembly, run: Run) -> None:
     """Rows of the equations that did not hold: nodes, laws of branches, loops; each with its worst time."""
+    waves: Any = run.waves  # of a transient
+    if not waves.unbalanced:
+        return
     from .failure import locate
 
-    waves: Any = run.waves  # of a transient
     names, kinds = assembly.system.names, assembly.system.kinds
     loops = {} if assembly.machine is None else {row.mu_row: row for row in assembly.machine.loop_rows}
     drifts = "open" in waves.watch  # told by itself, where closures are kept in their derivatives alone

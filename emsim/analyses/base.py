@@ -18,8 +18,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from math import isfinite
 
-from .points import POINT, Points, evenly
-
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -29,8 +27,11 @@ if TYPE_CHECKING:
     from ..assemble import Assembly, Context, Output
     from ..deck import Analysis as Card
     from ..diagnostics import Diagnostic, Sink
+    from .points import Points
 
     Progress = Callable[[float, float, float, int, int], object]
+
+POINT = 200  # bytes of a point of Python's while it is computed: its number, the pair or list that the engine reads, its answer
 
 
 class Axis:
@@ -222,7 +223,7 @@ class Analysis(ABC):
     shown: ClassVar[tuple[str, ...]] = ()  # ... that are printed where no .print asks for any
 
     card: Card
-    frequencies: Points = Points(0, evenly, 0.0, 0.0, 1)  # [Hz], of those that go over them
+    frequencies: Points | tuple[()] = ()  # [Hz], of those that go over them
     into: tuple[str, bool, Any] | None = None  # ... to this one, see outputs/raw.py
 
     @classmethod
@@ -236,8 +237,13 @@ class Analysis(ABC):
         return None
 
     def rows(self) -> tuple[float, int, str]:
-        """Rows that are known before the run, bytes of each beside the table's own, and what makes fewer: see points.py."""
+        """Rows that are known before the run, bytes of each beside the table's own, and what makes fewer: see `size`."""
         return len(self.frequencies), POINT, "fewer points; those of `dec` lie evenly over decades"
+
+    def size(self, assembly: Assembly) -> float:
+        """Bytes of the rows that are known before the run."""
+        (rows, beside, _), columns = self.rows(), 1 + len(assembly.outputs[self])
+        return rows * (8.0 * columns * (1 + self.complex) + beside)
 
     def columns(self, ctx: Context) -> list[Output]:
         """What is recorded, without the axis: compiled before the equations are."""

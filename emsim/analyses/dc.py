@@ -15,9 +15,9 @@ from ..assemble.outputs import Output
 from ..elements.r import LEAST_RESISTANCE
 from ..expr import OUTSIDE, Name
 from ..opened import Opened
-from .base import Analysis, Axis, Computed, Run, channels, derived, recorded, wrong
+from .base import POINT, Analysis, Axis, Computed, Run, channels, derived, recorded, wrong
 from .op import is_static
-from .points import POINT, Points, evenly
+from .points import Points, evenly
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ class Dc(Analysis):
                 return None
             if step * (stop - start) < 0.0:
                 said = f"steps of {step:g} do not lead from {start:g} to {stop:g}: {-step:g} is taken"
-                sink.warning("W308", said, card.span, f"write {-step:g}", [])
+                sink.warning("W308", said, card.span, f"write {-step:g}")
                 step = -step
             if step == 0.0 and start != stop:
                 wrong(cls, card, sink, f"steps of {step:g} do not lead from {start:g} to {stop:g}")

@@ -15,16 +15,9 @@ if TYPE_CHECKING:
     from .base import Analysis, Computed
 
 CODES = {
-    "no convergence": "E410",
-    "singular": "E411",
-    "leaves branch": "E410",
-    "not finite": "E412",
-    "unfit": "E413",
-    "too long": "E414",
-    "contradiction": "E418",
-    "blocked": "E418",
-    "signal": "E419",
-}
+    "no convergence": "E410", "singular": "E411", "leaves branch": "E410", "not finite": "E412", "unfit": "E413",
+    "too long": "E414", "contradiction": "E418", "blocked": "E418", "signal": "E419",
+}  # fmt: skip
 
 
 RECORD_LESS = "record less: .save the signals that matter, a larger step on .tran, a shorter run"

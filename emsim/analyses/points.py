@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from ..assemble import Assembly
     from .base import Analysis
 
-POINT = 200  # bytes of a point of Python's while it is computed: its number, the pair or list that the engine reads, its answer
-
 
 class Points:
     """`count` numbers, of which the k-th is law(k, *given)."""
@@ -64,8 +62,8 @@ def memory() -> float:
 
 def check_memory(assembly: Assembly, analysis: Analysis) -> None:
     """Raises OutsideError (E509) where rows that are known before the run are more than the memory."""
-    (rows, beside, hint), columns = analysis.rows(), 1 + len(assembly.outputs[analysis])
-    asked = rows * (8.0 * columns * (1 + analysis.complex) + beside)
+    (rows, _, hint), columns = analysis.rows(), 1 + len(assembly.outputs[analysis])
+    asked = analysis.size(assembly)
     if asked < (there := memory()):
         return
     from ..diagnostics import Diagnostic, OutsideError

@@ -492,11 +492,11 @@ def _alone(assembly: Assembly, e: Element, small: bool = False) -> tuple[Any, np
     import numpy as np
 
     from .._engine import Builder
-    from ..assemble import circuit
-    from ..assemble.context import SMALL_SIGNALS, Context
+    from ..assemble import Compiling, circuit
+    from ..elements.rows import SMALL_SIGNALS
 
     names = {name: k for k, name in enumerate(assembly.system.names)}
-    ctx = Context(Builder(), assembly.flat, assembly.options)
+    ctx = Compiling(Builder(), assembly.flat, assembly.options)
     ctx.sink, ctx.times, ctx.machine = Silent(), assembly.ctx.times, None
     if small:
         ctx.flags[SMALL_SIGNALS] = ctx.b.const(1.0)

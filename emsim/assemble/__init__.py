@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from .context import Context
-from .outputs import Output, printed
+from .compiling import Compiling
+from .context import Context, Output
+from .outputs import printed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -32,24 +33,11 @@ if TYPE_CHECKING:
         def columns(self, ctx: Context) -> list[Output]: ...
 
 
-__all__ = ["Assembly", "Context", "Output", "assemble"]
+__all__ = ["Assembly", "Compiling", "Context", "Output", "assemble"]
 
 
 class Assembly:
     """A compiled deck. `outputs` maps each of the `analyses` to its columns, without the axis."""
-
-    __slots__ = (
-        "accounts",
-        "analyses",
-        "ctx",
-        "drawn",
-        "flat",
-        "flows",
-        "options",
-        "outputs",
-        "prints",
-        "system",
-    )
 
     def __init__(
         self,
@@ -101,7 +89,7 @@ def assemble(
     options: dict[str, Any],
     times: tuple[float, ...],
     energy: bool = False,
-    context: type[Context] = Context,
+    context: type[Context] = Compiling,
     analyses: Sequence[Analysis] = (),
     noted: bool = False,
 ) -> Assembly:
@@ -112,12 +100,13 @@ def assemble(
     Raises DeckError with everything that is wrong with the deck.
     """
     from . import circuit, topology
-    from .scale import scale
 
     ctx, clocks = _unknowns(flat, options, times, context, noted=noted)
     if ctx.machine is not None and ctx.machine.open_reactions and not ctx.machine.shares:
         ctx, clocks = _unknowns(flat, options, times, context, shares=True, noted=noted)
     if ctx.machine is not None:
+        from .scale import scale
+
         size = ctx.scale = scale(ctx.machine)
         options.update(length=size.length, mass=size.mass)
 

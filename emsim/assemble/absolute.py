@@ -97,9 +97,6 @@ class Absolute(Machine):
                 )
                 c.drive, c.start = drive, _value(self.like, self.like.joints[joint.name].q)
 
-    def _check_space(self) -> None:
-        """Joint coordinates have been asked."""
-
     def _check_measured(self, joint: JointState) -> None:
         """The start is that of joint coordinates."""
 
@@ -209,10 +206,10 @@ class Absolute(Machine):
 def _in_joint_coordinates(ctx: Context) -> Machine:
     """The same deck's machine in joint coordinates, built to its start in a builder of its own."""
     from . import circuit
-    from .context import Context
+    from .compiling import Compiling
 
     builder: type[Builder] = type(ctx.b)
-    other = Context(builder(), ctx.flat, ctx.options)
+    other = Compiling(builder(), ctx.flat, ctx.options)
     other.times = ctx.times
     circuit.allocate(other)
     like = Machine(other)

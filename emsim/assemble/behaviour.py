@@ -22,10 +22,10 @@ import math
 from ..diagnostics import Fix, instead, suggest
 from ..draws import RANDOM
 from ..elements.base import CURRENT_NAMES
-from ..expr import OUTSIDE, SIGNAL, Binary, Call, Cond, Name, Num, Unary, unknown_function
+from ..expr import MECHANICAL, OUTSIDE, SIGNAL, Binary, Call, Cond, Name, Num, Unary, unknown_function
 from ..functions import ALIASES, BRANCHES, IN_SOURCES, OF_TICKS, OF_TIME
 from ..functions import FUNCTIONS as OF_SOURCES
-from .terminals import MECHANICAL, device_value, element_current
+from .terminals import device_value, element_current
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from ..cards import CARDS
 from ..diagnostics import did_you_mean
 from ..expr import Binary, Call, Cond, Name, Node, Unary
-from . import terminals
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -15,6 +14,8 @@ if TYPE_CHECKING:
     from ..deck import Probe
     from ..elements import Element
     from .context import Context
+
+LETTERS = "mqjz"  # whose terminals ngspice calls by letters; those of others have numbers
 
 
 def allocate(ctx: Context) -> None:
@@ -42,7 +43,7 @@ def allocate(ctx: Context) -> None:
         names = ", ".join(f"`{e.name}`" for e in elements[:3]) + (" ..." if len(elements) > 3 else "")
         word, hint = elements[0].span.text.lower(), None
         if word.upper() in CARDS:
-            from ..mistakes import missing_mark
+            from ..marks import missing_mark
 
             hint = missing_mark(word)
         sink.error("E297", f"{names}: {what} is not supported yet", elements[0].span, hint)
@@ -50,11 +51,16 @@ def allocate(ctx: Context) -> None:
     _kinds_differ(ctx)
     _loose_shafts(ctx)
     read = set(ctx.elements) if all_currents(ctx) else _currents_read(ctx)
-    also, probed = terminals.read(ctx), probes_currents(ctx)
+    also: set[str] = set()
+    probed = probes_currents(ctx)
+    if ctx.flat.probed:
+        from .terminals import read as asked
+
+        also = asked(ctx)
     for e in ctx.elements.values():
         needed = e.name in read or e.name in also or (ctx.is_drawn and not e.has_series)
         for name, initial in e.branches(needed):
-            told = e.name in read and (e.letter not in terminals.LETTERS or not probed)
+            told = e.name in read and (e.letter not in LETTERS or not probed)
             if not told and (e.is_metered or name not in dict(e.branches(False))):
                 ctx.aside.add(name)
             ctx.new_branch(name, initial)

@@ -9,18 +9,16 @@ coordinates, coupling forces). `.save` narrows that; `.save all` keeps it, and `
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from ..expr import MEASURED, SIGNAL, Binary, Call, Cond, Name, Node, Num, Unary, to_text
+from ..expr import MEASURED, MECHANICAL, SIGNAL, Binary, Call, Cond, Name, Node, Num, Unary, to_text
 from ..functions import IN_SOURCES, KNOWN, OF_COLUMNS, SAME
 from ..units import product, quotient
-from . import terminals
-from .circuit import all_currents, lists_word, probes_currents
-from .terminals import MECHANICAL
+from .circuit import LETTERS, all_currents, lists_word, probes_currents
+from .context import Output
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Mapping, Sequence
 
-    from .._engine import Expr
     from ..deck import Print
     from ..diagnostics import Span
     from .context import Context
@@ -41,19 +39,6 @@ KEEPS_UNIT = tuple(name for name, f in IN_SOURCES.items() if f.unit == SAME)
 AFTERWARDS = ("db", *OF_COLUMNS)
 # the letters behind v and i of SPICE's words for them
 WORDS = {"m": "mag", "p": "ph", "r": "re", "i": "im", "db": "db"}
-
-
-class Output:
-    """One column: its name as users write it, its unit, and the expression; in place of this `ast` where the column follows
-    from others once they are there (signals.py)."""
-
-    __slots__ = ("ast", "expr", "name", "unit")
-
-    def __init__(self, name: str, unit: str, expr: Expr | None, ast: Node | None = None) -> None:
-        self.name, self.unit, self.expr, self.ast = name, unit, expr, ast
-
-    def __repr__(self) -> str:
-        return f"{self.name} [{self.unit}]"
 
 
 def columns(ctx: Context, word: str, axis: str = "", whole: bool = True) -> list[Output]:
@@ -184,8 +169,11 @@ def _find_saved(ctx: Context) -> dict[str, Output]:
     if ignored:
         ctx.sink.note("N284", f"device parameters are not recorded: {', '.join(ignored[:8])}")
 
-    for name, unit, expr in terminals.probed(ctx):
-        saved.setdefault(name, Output(name, unit, expr))
+    if ctx.flat.probed:
+        from .terminals import probed
+
+        for name, unit, expr in probed(ctx):
+            saved.setdefault(name, Output(name, unit, expr))
     if all_currents(ctx):
         for output in currents(ctx):
             saved.setdefault(output.name, output)
@@ -281,14 +269,14 @@ def everything(ctx: Context) -> list[Output]:
 def currents(ctx: Context) -> list[Output]:
     """Of every element the current into its first terminal: i(r1) for `.probe`, else @r1[i]. `.probe` has them at every
     terminal of transistors and of subcircuits too."""
-    from .terminals import element_current
+    from . import terminals
 
     probed = probes_currents(ctx)
     found = [Output(name, "A", expr) for name, expr in terminals.currents(ctx)] if probed else []
     for e in ctx.elements.values():
-        if probed and e.letter in terminals.LETTERS:
+        if probed and e.letter in LETTERS:
             continue
-        current = element_current(ctx, e.name) if e.paths() else None
+        current = terminals.element_current(ctx, e.name) if e.paths() else None
         if current is None or not (probed or e.current_name):
             continue
         found.append(Output(f"i({e.name})" if probed else f"@{e.name}[{e.current_name}]", "A", current))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from .._engine import Builder
-from .context import Context
+from .compiling import Compiling
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ class Recorder:
         return said
 
 
-class Recording(Context):
+class Recording(Compiling):
     """The context of a deck that is to be explained."""
 
     def __init__(self, b: Builder, flat: FlatDeck, options: dict[str, Any]) -> None:

@@ -36,22 +36,9 @@ class Coordinate:
     """One coordinate and its speed; `row` and `speed_row` are unknowns (own), or -1. `rate`: dq/dt, `u` in most cases."""
 
     __slots__ = (
-        "drive",
-        "gear",
-        "held",
-        "held_speed",
-        "of",
-        "q",
-        "q_name",
-        "rate",
-        "rotary",
-        "row",
-        "speed_row",
-        "start",
-        "start_speed",
-        "u",
-        "u_name",
-    )
+        "drive", "gear", "held", "held_speed", "of", "q", "q_name", "rate", "rotary", "row", "speed_row", "start",
+        "start_speed", "u", "u_name",
+    )  # fmt: skip
 
     def __init__(self, of: str, place: Coord | None, speed: Coord | None) -> None:
         self.of = of  # joint or free body

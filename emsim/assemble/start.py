@@ -8,17 +8,7 @@ inertia and no constraint cannot be integrated: [M; H] must have full column ran
 
 from __future__ import annotations
 
-from .closing import (
-    CLOSE,
-    cannot_close,
-    close_loops,
-    held_at_cuts,
-    loops_of,
-    measure,
-    of_places,
-    size,
-    weights_of,
-)
+from . import closing
 from .loops import Start
 
 TYPE_CHECKING = False
@@ -47,11 +37,11 @@ def assemble(m: Mechanism) -> Start:
     measured = [row for row in m.rows if row.measured]
     known = [row for row in m.rows if not (row.measured or row.of_speeds)]
     if not own:
-        measure(m, x, measured)
+        closing.measure(m, x, measured)
         _write(m, x)
         for row in m.rows:
-            if abs(m.b.eval([m.public(row.h)], x, 0.0)[0]) > CLOSE:
-                cannot_close(m, [row], [m.b.eval([m.public(row.h)], x, 0.0)[0]])
+            if abs(m.b.eval([m.public(row.h)], x, 0.0)[0]) > closing.CLOSE:
+                closing.cannot_close(m, [row], [m.b.eval([m.public(row.h)], x, 0.0)[0]])
         result.redundant = list(m.rows)
         m.rows.clear()
         return result
@@ -61,10 +51,10 @@ def assemble(m: Mechanism) -> Start:
     elif m.rows:
         mass = mass_matrix(m, x)  # of where it is, whatever its speeds
         before = list(x)
-        held = [(m.public(q), u) for q, u in held_at_cuts(m)]
-        if not close_loops(m, x, known, [q for q, _ in held], mass):
+        held = [(m.public(q), u) for q, u in closing.held_at_cuts(m)]
+        if not closing.close_loops(m, x, known, [q for q, _ in held], mass):
             return result
-        measure(m, x, measured)
+        closing.measure(m, x, measured)
         for (name, k), follows in m.turned.items():
             x[follows] = m.b.eval([m.public(m.joints[name].qs[k])], x, 0.0)[0]
         if x != before:
@@ -155,14 +145,16 @@ def _others(
     m: Mechanism, x: list[float], mass: list[list[float]], rows: list[Row]
 ) -> Iterator[tuple[list[float], float]]:
     """Other poses, and their times: steps away and back onto the constraints, and where drives lead."""
-    weights = [m.b.const(v) for row in weights_of(of_places(m, mass, x)) for v in row]
+    weights = [m.b.const(v) for row in closing.weights_of(closing.of_places(m, mass, x)) for v in row]
     places = [c.row for c in m.places]
     hs = [m.public(row.h) for row in (*rows, *m.norms) if not row.of_speeds]
     driven = [c for c in m.given if c.row >= 0]
     for k, part in enumerate(LATER if m.drives else LATER[:1]):
         away = list(x)
         for at, c in enumerate((*m.places, *driven)):
-            away[c.row] += (1 + k) * (0.02 + 0.013 * (at % 5)) * (1.0 if c.rotary else 0.1 * size(m, x))
+            away[c.row] += (
+                (1 + k) * (0.02 + 0.013 * (at % 5)) * (1.0 if c.rotary else 0.1 * closing.size(m, x))
+            )
         t = part * m.ctx.times[1]
         if hs:
             ok, q, _ = m.b.project(places, hs, weights, away, [False] * len(places), t, 1e-13)
@@ -203,14 +195,14 @@ def _leave(m: Mechanism, x: list[float], jacobian: list[list[float]], mass: list
         return  # it may as well stay
     own = [c.speed_row for c in m.motions]
     held = [c.held_speed for c in m.motions]
-    weights = [m.b.const(v) for row in weights_of(mass) for v in row]
+    weights = [m.b.const(v) for row in closing.weights_of(mass) for v in row]
     for sign in (1.0, -1.0):
         trial = list(x)
         for k, row in enumerate(own):
             trial[row] += (
                 0.0
                 if held[k]
-                else sign * (1.0 + 0.1 * (k % 5)) * (1.0 if m.motions[k].rotary else size(m, x))
+                else sign * (1.0 + 0.1 * (k % 5)) * (1.0 if m.motions[k].rotary else closing.size(m, x))
             )
         ok, u, _ = m.b.project(own, asked, weights, trial, held, 0.0, 1e-10)
         if ok:
@@ -240,7 +232,7 @@ def _say_how(m: Mechanism, x: list[float]) -> None:
     way = ", ".join(f"{c.u_name} = {x[c.speed_row]:.4g}" for c in moving[:SAID])
     m.sink.warning(
         "W233",
-        f"the loop of joints {loops_of(m, m.rows)} starts at a change point ({pose}): it can go on in two ways"
+        f"the loop of joints {closing.loops_of(m, m.rows)} starts at a change point ({pose}): it can go on in two ways"
         + (f", and goes on with {way}" if way else ""),
         m.span_of(m.rows[-1].owner),
         "start it a little aside with ic=, or say its speed with ic=(q,qd)",
@@ -268,20 +260,20 @@ def _speeds(
         jacobian = jacobian + matrix(m, [m.along_speeds(q) for q, _ in wanted], x)
         drift = drift + [-u for _, u in wanted]
     held = [c.held_speed for c in own]
-    flat = [v for row in weights_of(mass) for v in row]
+    flat = [v for row in closing.weights_of(mass) for v in row]
     u = m.b.project_velocity(jacobian, flat, u0, held, [-d for d in drift])
     gap = [
         sum(h * v for h, v in zip(row, u, strict=True)) + d for row, d in zip(jacobian, drift, strict=True)
     ]
     scale = max((abs(v) for v in (*u, *drift)), default=0.0)
-    if max(map(abs, gap)) > 1e-7 * (scale + 1e-30) * max(1.0, size(m, x)):
+    if max(map(abs, gap)) > 1e-7 * (scale + 1e-30) * max(1.0, closing.size(m, x)):
         names = [c.of for c in own if c.held_speed]
         names += [n for n in m.plan.cut if any(u is not None for u in m.joints[n].card.speed)]
         worst = min(max(range(len(gap)), key=lambda k: abs(gap[k])), len(m.rows) - 1)
         m.sink.error(
             "E244",
             f"the speeds held by ic= of {', '.join(names) or 'the joints'} break the loop "
-            f"{loops_of(m, [m.rows[worst]])}",
+            f"{closing.loops_of(m, [m.rows[worst]])}",
             m.span_of(names[0]) if names else None,
             "hold the speed of one joint per degree of freedom and leave the others free",
         )

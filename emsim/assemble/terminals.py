@@ -6,6 +6,7 @@ from __future__ import annotations
 from ..diagnostics import suggest
 from ..elements.base import CURRENT_NAMES
 from ..expr import Call, Name, Num
+from .circuit import LETTERS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -14,8 +15,6 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..deck import Probe
     from .context import Context
-
-LETTERS = "mqjz"  # whose terminals ngspice calls by letters; those of others have numbers
 
 
 class Part:
@@ -154,13 +153,6 @@ def _column(fn: str, words: list[list[str]], parts: list[Part]) -> tuple[str, st
 
 
 # ---- currents and operating values of whole elements, as columns and behavioural sources read them ----
-
-MECHANICAL_WORDS = """
-    angle omega alpha pos vel acc x y z vx vy vz ax ay az fx fy fz mx my mz
-    force torque i v id iq p gap slip friction mode hits impulse tension length
-    energy ke pe power loss supplied
-"""
-MECHANICAL = frozenset(MECHANICAL_WORDS.split())
 
 
 def device_value(ctx: Context, device: str, parameter: str) -> Expr | None:

@@ -344,7 +344,7 @@ def _dc_paths(ctx: Context, edges: list[Edge]) -> None:
                 f"{shown} no path to ground, so 1 TOhm to ground is assumed",
                 _first(labels),
                 "connect one of them to node 0, unless a name is misspelt",
-                labels[1:],
+                labels=labels[1:],
             )
             continue
         if any(n in ctx.ics for n in members) or not _needs_point(ctx):

@@ -34,23 +34,9 @@ class Law:
     """What laws have in common; `form` is the engine's word. Expressions before symbols are replaced."""
 
     __slots__ = (
-        "across",
-        "bound",
-        "e",
-        "edge",
-        "effort",
-        "flags",
-        "flow",
-        "form",
-        "gap",
-        "normal",
-        "row",
-        "second",
-        "stick",
-        "unit",
-        "way",
-        "where",
-    )
+        "across", "bound", "e", "edge", "effort", "flags", "flow", "form", "gap", "normal", "row", "second", "stick",
+        "unit", "way", "where",
+    )  # fmt: skip
 
     def __init__(
         self,

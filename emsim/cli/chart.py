@@ -103,18 +103,8 @@ class Settings:
     """
 
     __slots__ = (
-        "defines",
-        "even",
-        "methods",
-        "ngspice",
-        "others",
-        "own",
-        "reference",
-        "scipy",
-        "signals",
-        "stop",
-        "times",
-    )
+        "defines", "even", "methods", "ngspice", "others", "own", "reference", "scipy", "signals", "stop", "times",
+    )  # fmt: skip
 
     def __init__(self, methods: Sequence[str]) -> None:
         self.methods = list(methods)

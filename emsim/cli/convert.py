@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from ..result import Result, Table
+    from ..outcome import Outcome
+    from ..table import Table
 
 OPTIONS = [
     Option("--plot", "the analysis to convert: op, tran, or its number from 1", "NAME"),
@@ -64,7 +65,7 @@ def main(args: Sequence[str]) -> int:
     return OK
 
 
-def chosen(result: Result, wanted: str, option: str) -> Table:
+def chosen(result: Outcome, wanted: str, option: str) -> Table:
     """The analysis of a name or a number. Raises UsageError."""
     if wanted.isdigit():
         if not 1 <= int(wanted) <= len(result.plots):

@@ -13,20 +13,7 @@ from __future__ import annotations
 import os
 
 from ..diagnostics import Diagnostic
-from .arguments import (
-    DEFINE,
-    HELP,
-    JSON,
-    METHOD,
-    QUIET,
-    RELTOL,
-    Arguments,
-    Option,
-    UsageError,
-    defines,
-    overrides,
-    parse,
-)
+from . import arguments
 from .console import OK, check_targets, print_json, print_lines, show
 from .run import source_of
 
@@ -37,31 +24,33 @@ if TYPE_CHECKING:
     from ..fmus import Exported
 
 OPTIONS = [
-    Option("-o --output", "the FMU, instead of deck.fmu", "FILE"),
-    Option("--fmi", "version of FMI: 3, or 2", "N"),
-    Option("--in", "sources and values that are inputs, besides those of .fmu", "NAMES", repeat=True),
-    Option("--out", "signals that are outputs, as .print takes them", "SIGNALS", repeat=True),
-    Option("--param", "sources and values that are parameters", "NAMES", repeat=True),
-    Option("--tune", "parameters that are set between steps too", "NAMES", repeat=True),
-    Option(
+    arguments.Option("-o --output", "the FMU, instead of deck.fmu", "FILE"),
+    arguments.Option("--fmi", "version of FMI: 3, or 2", "N"),
+    arguments.Option(
+        "--in", "sources and values that are inputs, besides those of .fmu", "NAMES", repeat=True
+    ),
+    arguments.Option("--out", "signals that are outputs, as .print takes them", "SIGNALS", repeat=True),
+    arguments.Option("--param", "sources and values that are parameters", "NAMES", repeat=True),
+    arguments.Option("--tune", "parameters that are set between steps too", "NAMES", repeat=True),
+    arguments.Option(
         "--library",
         "a library for a platform, instead of this one's; several for several",
         "FILE",
         repeat=True,
     ),
-    DEFINE,
-    METHOD,
-    RELTOL,
-    JSON,
-    QUIET,
-    HELP,
+    arguments.DEFINE,
+    arguments.METHOD,
+    arguments.RELTOL,
+    arguments.JSON,
+    arguments.QUIET,
+    arguments.HELP,
 ]
 
 
 def main(args: Sequence[str]) -> int:
     from ..fmus import export
 
-    given = parse(args, OPTIONS)
+    given = arguments.parse(args, OPTIONS)
     deck = given.deck("fmu")
     path = (
         given.text("output")
@@ -70,7 +59,7 @@ def main(args: Sequence[str]) -> int:
     check_targets([path], deck)
     made = export(
         source_of(deck), path, _version(given), given.all("in"), given.all("out"), given.all("param"), given.all("tune"),
-        defines(given), overrides(given), given.all("library"),
+        arguments.defines(given), arguments.overrides(given), given.all("library"),
     )  # fmt: skip
     if given.has("json"):
         keys = ("name", "causality", "variability", "unit", "start")
@@ -83,10 +72,10 @@ def main(args: Sequence[str]) -> int:
     return OK
 
 
-def _version(given: Arguments) -> int:
+def _version(given: arguments.Arguments) -> int:
     text = given.text("fmi") or "3"
     if text not in ("2", "3", "2.0", "3.0"):
-        raise UsageError(f"--fmi {text}: there are 2 and 3")
+        raise arguments.UsageError(f"--fmi {text}: there are 2 and 3")
     return int(text[0])
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ..deck import Probe
-    from ..result import Result
+    from ..outcome import Outcome
 
 FORMATS = (".png", ".svg", ".pdf")
 PLOT_OPTIONS = [
@@ -97,7 +97,7 @@ class Plots:
             for q in ([type(p)(repr(ast), ast, p.span) for ast in parts] if parts else [p])
         ]
 
-    def draw(self, result: Result) -> None:
+    def draw(self, result: Outcome) -> None:
         """Files, then the terminal. DeckError where there is nothing to draw."""
         table = result.main
         from ..build import parse_signals
@@ -144,7 +144,7 @@ class Films:
     def __bool__(self) -> bool:
         return bool(self.files)
 
-    def draw(self, result: Result) -> None:
+    def draw(self, result: Outcome) -> None:
         """Writes them. DeckError where there is no machine, or nothing to draw of it."""
         table = result.main.courses()[-1]  # of a deck with .step the last run
         from ..diagnostics import deck_error

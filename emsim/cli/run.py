@@ -14,24 +14,8 @@ from ..diagnostics import ConvergenceError, DeckError, Diagnostic, Interrupted, 
 from ..outputs import raw
 from ..outputs.beside import can_be_replaced
 from ..source import SameFiles
+from . import console
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, overrides, parse
-from .console import (
-    CONVERGENCE,
-    DECK,
-    OK,
-    OUTSIDE,
-    TOLERANCE,
-    Progress,
-    check_targets,
-    engineering,
-    interrupted,
-    point,
-    print_json,
-    print_lines,
-    show,
-    stdin_text,
-    unwritten,
-)
 from .pictures import FILM_OPTIONS, PLOT_OPTIONS, WINDOW_OPTIONS, Films, Plots, check_window
 
 TYPE_CHECKING = False
@@ -39,7 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from ..result import Result, Table
+    from ..result import Result
+    from ..table import Table
 
     Target = tuple[str, str, dict[str, Any]]
 
@@ -95,9 +80,9 @@ def _run(given: Arguments) -> int:
     check_window(given, plots, films)
     if plots.terminal and (given.has("json") or given.text("csv") == "-"):
         raise UsageError("--plot without --plot-file draws on stdout, as do --json and --csv -")
-    progress = Progress() if Progress.wanted(given.has("quiet")) else None
+    progress = console.Progress() if console.Progress.wanted(given.has("quiet")) else None
     stream = _stream(files)
-    code, trouble, source = OK, [], source_of(deck)
+    code, trouble, source = console.OK, [], source_of(deck)
     try:
         result = pipeline.run(
             source,
@@ -115,14 +100,18 @@ def _run(given: Arguments) -> int:
         errors = {d.code for d in result.diagnostics if d.severity == "error"}
         if errors:
             # what was computed is written all the same: an analysis that emsim does not have, or a .meas that found nothing
-            code = TOLERANCE if errors == {"E430"} else DECK
+            code = console.TOLERANCE if errors == {"E430"} else console.DECK
     except ConvergenceError as error:
         if error.partial is None:
             raise
         outside = all(d.code >= "E500" for d in error.diagnostics if d.severity == "error")
-        code, result, trouble = OUTSIDE if outside else CONVERGENCE, error.partial, error.diagnostics
+        code, result, trouble = (
+            console.OUTSIDE if outside else console.CONVERGENCE,
+            error.partial,
+            error.diagnostics,
+        )
     except Interrupted as stop:
-        code, result = interrupted(), stop.partial
+        code, result = console.interrupted(), stop.partial
     finally:
         if progress:
             progress.clear()
@@ -132,7 +121,7 @@ def _run(given: Arguments) -> int:
 class Said:
     """What a .control section prints, on stdout as it comes."""
 
-    def __init__(self, progress: Progress | None) -> None:
+    def __init__(self, progress: console.Progress | None) -> None:
         self.progress = progress
 
     def __call__(self, text: str) -> None:
@@ -151,7 +140,7 @@ def _stream(targets: Sequence[Target]) -> raw.Stream | None:
 
 def source_of(deck: str) -> str:
     """What the pipeline takes for a deck argument: its path, or for `-` the text on stdin."""
-    return stdin_text() + "\n" if deck == "-" else deck
+    return console.stdin_text() + "\n" if deck == "-" else deck
 
 
 def page_sheets(source: str, given: Arguments) -> list[tuple[str, str, str]]:
@@ -188,7 +177,7 @@ def _targets(given: Arguments, deck: str) -> list[Target]:
         if path == "-":
             raise UsageError("--html needs the name of a file")
         targets.append(("html", path, {}))
-    check_targets([path for _, path, _ in targets if path != "-"], deck)
+    console.check_targets([path for _, path, _ in targets if path != "-"], deck)
     return targets
 
 
@@ -206,7 +195,7 @@ def _deliver(
     """Files first, so that nothing that happens to the terminal can lose them; then tables and messages. A file that
     cannot be written loses none of the others."""
     written, failed = _written(given, result, targets, source, stream)
-    said, code = list(trouble), code or (OUTSIDE if failed else OK)
+    said, code = list(trouble), code or (console.OUTSIDE if failed else console.OK)
     said += failed
     for drawing in (plots, films):
         try:
@@ -215,9 +204,9 @@ def _deliver(
                 written += drawing.files
         except DeckError as error:
             # what cannot be drawn is said with the rest
-            code, said = code or DECK, [*said, *error.diagnostics]
+            code, said = code or console.DECK, [*said, *error.diagnostics]
         except OSError as error:
-            code, said = code or OUTSIDE, [*said, unwritten(", ".join(drawing.files), error)]
+            code, said = code or console.OUTSIDE, [*said, console.unwritten(", ".join(drawing.files), error)]
     if result.files:
         from ..outputs.written import remember
 
@@ -228,12 +217,12 @@ def _deliver(
         in_file = given.text("output") in written
         _print_tables(result, not plots.terminal and not in_file, given.has("energy"))
     # where nothing ran the note is all that says why there is no file
-    show(diagnostics, given.has("quiet") and bool(result.plots))
+    console.show(diagnostics, given.has("quiet") and bool(result.plots))
     if given.has("json"):
         _print_json(code, diagnostics, written, result)
     elif result.plots and not given.has("quiet"):
         print(_summary(result, written), file=sys.stderr)
-        point(said)
+        console.point(said)
     return code
 
 
@@ -247,7 +236,7 @@ def _written(
         if path == "-":
             from ..outputs import csv
 
-            print_lines(csv.lines(result.main))
+            console.print_lines(csv.lines(result.main))
             continue
         try:
             if kind == "raw":
@@ -263,7 +252,7 @@ def _written(
                 csv.write(path, result)
             written.append(path)
         except OSError as error:
-            failed.append(unwritten(path, error))
+            failed.append(console.unwritten(path, error))
     return written, failed
 
 
@@ -274,20 +263,20 @@ def _print_tables(result: Result, prints: bool, energy: bool) -> None:
     from ..outputs import text
 
     if result.prints and prints:
-        print_lines(text.lines(result, unfinished=LAST_ROWS))
+        console.print_lines(text.lines(result, unfinished=LAST_ROWS))
     if result.measured:
-        print_lines(text.measured(result))
+        console.print_lines(text.measured(result))
     if result.spectra:
-        print_lines(text.harmonics(result))
+        console.print_lines(text.harmonics(result))
     for table in result.plots if energy else ():
         steps = table.step_values() if table.is_stepped else [{}]
         for values, course in zip(steps, table.courses() if table.is_stepped else [table], strict=True):
             if course.energy is not None:
-                print_lines(["", *([text.said(values)] if values else []), *course.energy.table()])
+                console.print_lines(["", *([text.said(values)] if values else []), *course.energy.table()])
 
 
 def _print_json(code: int, diagnostics: Sequence[Diagnostic], files: Sequence[str], result: Result) -> None:
-    print_json(
+    console.print_json(
         code,
         diagnostics,
         files=files,
@@ -317,7 +306,7 @@ def _chosen(table: Table) -> str:
         return ""
     parts = [used[0][1]]
     for (_, before, _), (t, method, _) in pairwise(used[:TOLD]):
-        parts[-1] = f"{before} to {engineering(t)}s"
+        parts[-1] = f"{before} to {console.engineering(t)}s"
         parts.append(f"then {method}")
     more = f" and {len(used) - TOLD} more changes" if len(used) > TOLD else ""
     return f", auto: {', '.join(parts)}{more}"
@@ -338,7 +327,7 @@ def _summary(result: Result, written: Sequence[str]) -> str:
     lines = []
     for table in result.plots:
         seconds = table.stats.get("seconds")
-        spent = f" in {engineering(seconds)}s" if isinstance(seconds, float) else ""
+        spent = f" in {console.engineering(seconds)}s" if isinstance(seconds, float) else ""
         points = "1 point" if len(table) == 1 else f"{len(table)} points"
         end = "" if table.status == "ok" else f" ({table.status})"
         if table.is_stepped:

@@ -1,4 +1,4 @@
-"""The .control section: its commands, one file a family, and what runs them (session.py). COMMANDS is the one list of all."""
+"""The .control section: its commands, one file a family, and what runs them (section.py). COMMANDS is the one list of all."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from . import (
     stops,
 )
 from .base import Command
-from .session import Session
+from .section import Section
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
     from ..source import Line
 
-__all__ = ["COMMANDS", "Command", "Session", "check"]
+__all__ = ["COMMANDS", "Command", "Section", "check"]
 
 FAMILIES = (analyse, assign, change, show, files, arrays, spectra, measures, pictures, digital, stops)
 

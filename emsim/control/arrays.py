@@ -48,19 +48,8 @@ def compose(s: Session, text: str, at: Statement) -> None:
 
 def _series(o: dict[str, float]) -> np.ndarray:
     strange = set(o) - {
-        "start",
-        "stop",
-        "step",
-        "lin",
-        "dec",
-        "oct",
-        "log",
-        "center",
-        "span",
-        "gauss",
-        "random",
-        "unif",
-    }
+        "start", "stop", "step", "lin", "dec", "oct", "log", "center", "span", "gauss", "random", "unif",
+    }  # fmt: skip
     if strange:
         usage(COMPOSE, f"`{min(strange)}` is none of its words")
     if "center" in o or "span" in o:

@@ -13,13 +13,12 @@ from . import words
 from .base import Command
 from .budget import RESULTS
 from .errors import CommandError, usage
-from .plots import Plot, Vector
-from .session import column_name
+from .plots import Plot, Vector, column_name
 from .vectors import _stretched
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from ..result import Table
+    from ..table import Table
     from .program import Statement
     from .session import Session
 
@@ -115,7 +114,8 @@ def put(s: Session, path: str, text: str, behind: bool) -> None:
 
 def tables_of(s: Session, vectors: list[Vector]) -> list[Table]:
     """Vectors as tables, plot by plot, each with its scale in front."""
-    from ..result import Columns, Table
+    from ..store import Columns
+    from ..table import Table
 
     found = []
     plots: list[Plot] = []
@@ -264,7 +264,6 @@ def source(s: Session, text: str, at: Statement) -> None:
     """The commands of another file, carried out here."""
     from ..source import Line
     from ..source import load as load_file
-    from .program import Block  # noqa: F401
 
     for name in words.split(text):
         path = readable(s, name)
@@ -288,11 +287,7 @@ def source(s: Session, text: str, at: Statement) -> None:
             raise CommandError(
                 "E163", f"`{name}` is a deck of its own", "run it by itself; source takes a file of commands"
             )
-        body = s.read(lines)
-        if body is None:
-            return
-        with s.budget.within(f"`{name}`"):
-            s.body(body)
+        s.source(lines, f"`{name}`")
 
 
 COMMANDS = (

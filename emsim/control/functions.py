@@ -216,7 +216,7 @@ def _differences(y: np.ndarray) -> np.ndarray:
 def _fft(s: Session, v: Vector) -> Any:
     """Amplitudes from 0 up to half the rate of what is real, of complex numbers at all places; windows as `set specwindow` says,
     none where it does not. Its frequencies are the plot's `fft_scale`."""
-    from .spectra import window
+    from .windows import window
 
     n, x = len(v), scale_of(s, v)
     times = x if x is not None else np.arange(n, dtype=float)

@@ -10,8 +10,7 @@ from ..expr import Call, Name, Num, rewritten
 from .base import Command
 from .errors import CommandError, usage
 from .functions import in_degrees
-from .plots import Vector
-from .session import table_of
+from .plots import Vector, table_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

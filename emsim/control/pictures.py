@@ -148,10 +148,6 @@ def _axes(
                 set_(*limits)
 
 
-def picture_path(s: Session, stem: str) -> str:
-    return target(s, stem)
-
-
 def plot(s: Session, text: str, at: Statement) -> None:
     number = s.pictures + 1
     if number > MOST_PICTURES:

@@ -12,7 +12,7 @@ import time
 import numpy as np
 
 from ..diagnostics import did_you_mean, suggest
-from ..result import without_letter
+from ..table import without_letter
 from .errors import CommandError, Followed
 
 TYPE_CHECKING = False
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from ..elaborate.steps import Change
-    from ..result import Table
+    from ..table import Table
 
 # unit -> the type of a vector that `display` names, and the words of `settype`
 TYPES = {
@@ -128,7 +128,8 @@ class Plot:
 
     def extend(self, table: Table) -> None:
         """Rows of a run that goes on, behind those of `table`; what commands have made stays as it is."""
-        from ..result import Columns, Table
+        from ..store import Columns
+        from ..table import Table
 
         own = self.table
         assert own is not None
@@ -287,3 +288,51 @@ class Plots:
 
     def __iter__(self) -> Iterator[Plot]:
         return iter(self.all)
+
+
+def table_of(plot: Plot) -> Table | None:
+    """A plot as a table, with what commands added where it is as long as the rest, else aside of it; None where there are no
+    numbers."""
+    from ..store import Columns
+    from ..table import Table
+
+    own = plot.table
+    listed = list(plot.vectors.values())
+    if plot.scale is not None and plot.has_scale:
+        listed = [plot.scale, *(v for v in listed if v is not plot.scale)]
+    rows = len(own) if own is not None else len(listed[0]) if listed else 0
+    if not rows:
+        return None
+    aside = {v.key: v.values for v in listed if len(v) != rows or v.dims}
+    listed = [v for v in listed if len(v) == rows and not v.dims]
+    theirs = () if own is None else {spelled(name).lower() for name in own.names}
+    if own is not None and all(v.key in theirs for v in listed):
+        own.aside = aside
+        return own
+    store = Columns((v.values.tobytes() for v in listed), complex=[v.is_complex for v in listed])
+    names, units = [column_name(v, plot) for v in listed], [v.unit for v in listed]
+    axis = own.axis if own is not None else plot.has_scale
+    made = Table(plot.kind, names, units, store, title=plot.title, axis=axis, plotname=plot.plotname)
+    made.aside = aside
+    if own is not None:
+        made.stats, made.grid, made.status = own.stats, own.grid, own.status
+    return made
+
+
+def column_name(v: Vector, plot: Plot) -> str:
+    """The name of a vector in tables and files: v(out) for `out`, i(v1) for `v1#branch`."""
+    own = plot.table
+    if own is not None:
+        for name in own.names:
+            if spelled(name).lower() == v.key:
+                return name
+    if v.key.endswith("#branch"):
+        return f"i({v.key[:-7]})"
+    if (
+        v.unit == "V"
+        and not v.derived
+        and v is not plot.scale
+        and v.key.replace("_", "").replace(".", "").isalnum()
+    ):
+        return f"v({v.key})"
+    return v.name

@@ -5,8 +5,9 @@ from __future__ import annotations
 from ..build_control import ENDS, commands, comment
 from ..build_expr import extent
 from ..diagnostics import Diagnostic, suggest
+from ..parsed import parse_line
 from ..source import Line, SourceFile
-from ..syntax import LineError, parse_line
+from ..syntax import LineError
 from . import words
 from .budget import DEPTH
 

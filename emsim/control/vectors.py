@@ -23,14 +23,8 @@ if TYPE_CHECKING:
 
 # vdb(out), vm(a,b): functions of voltages
 VOLTAGES = {
-    "vm": "mag",
-    "vp": "ph",
-    "vr": "re",
-    "vi": "im",
-    "vdb": "db",
-    "vg": "group_delay",
-    "gd": "group_delay",
-}
+    "vm": "mag", "vp": "ph", "vr": "re", "vi": "im", "vdb": "db", "vg": "group_delay", "gd": "group_delay",
+}  # fmt: skip
 OF_TWO: dict[str, Callable[[Any, Any], Any]] = {
     "min": lambda a, b: np.where(a.real < b.real, a, b), "max": lambda a, b: np.where(a.real > b.real, a, b),
     "atan2": np.arctan2, "hypot": np.hypot, "pow": np.power, "fmod": np.fmod,

@@ -15,21 +15,7 @@ if TYPE_CHECKING:
 
 ENDS_WORD = " \t\r\f\v\xa0=(){},;\"'"
 EXPRESSION_CARDS = frozenset(
-    (
-        ".param",
-        ".csparam",
-        ".func",
-        ".if",
-        ".elseif",
-        ".elif",
-        ".print",
-        ".save",
-        ".probe",
-        ".meas",
-        ".measure",
-        ".four",
-        ".step",
-    )
+    ".param .csparam .func .if .elseif .elif .print .save .probe .meas .measure .four .step".split()
 )
 
 
@@ -47,19 +33,9 @@ class Place:
     """
 
     __slots__ = (
-        "call",
-        "end",
-        "inside",
-        "is_call",
-        "is_code",
-        "is_command",
-        "is_key",
-        "key",
-        "name",
-        "start",
-        "word",
+        "call", "end", "inside", "is_call", "is_code", "is_command", "is_key", "key", "name", "start", "word",
         "words",
-    )
+    )  # fmt: skip
 
     def __init__(self, lines: Sequence[str], row: int, col: int) -> None:
         line = lines[row] if 0 <= row < len(lines) else ""

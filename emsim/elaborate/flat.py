@@ -19,46 +19,6 @@ if TYPE_CHECKING:
 class FlatDeck:
     """Everything the later stages see of a deck, on one level. Temperatures in degrees Celsius."""
 
-    __slots__ = (
-        "also",
-        "analyses",
-        "clocked",
-        "commanded",
-        "commands",
-        "draws",
-        "elements",
-        "fmu",
-        "fours",
-        "gravity",
-        "ics",
-        "inputs",
-        "is_drawn",
-        "machine",
-        "measures",
-        "models",
-        "modules",
-        "named",
-        "nodesets",
-        "option_spans",
-        "options",
-        "origin",
-        "params",
-        "prints",
-        "probed",
-        "probes",
-        "reads_temper",
-        "saves",
-        "sink",
-        "sources",
-        "steps",
-        "temp",
-        "title",
-        "tnom",
-        "uses",
-        "views",
-        "wanted",
-    )
-
     def __init__(self, title: str, sink: Sink) -> None:
         self.title = title
         self.sink = sink

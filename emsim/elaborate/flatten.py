@@ -34,10 +34,8 @@ from ..expr import Call, ExprError, Name, Node, evaluate, fold
 from ..source import NoCollection
 from ..syntax import LineError
 from ..units import ABSOLUTE_ZERO, spice_leftover, spice_number
-from . import steps
 from .bind import Level, bind_element, bind_machine_card
 from .flat import FlatDeck
-from .measures import OfResults, bind_measure
 from .models import Models
 from .scope import DeckScope, as_float
 
@@ -119,7 +117,10 @@ class _Flattener:
         # declare, settle conditions, then emit
         path = self.deck.file.path
         cards = self.expand(self.deck.body, top.scope, (os.path.realpath(path),) if path else ())
-        steps.change_models(top.scope, self.changes)
+        if self.changes:
+            from .steps import change_models
+
+            change_models(top.scope, self.changes)
         self.unknown_defines(top.scope)
         if self.draws is None:
             top.scope.draws.seed = self.seed(cards, top.scope)
@@ -132,8 +133,11 @@ class _Flattener:
         cards.sort(key=lambda card: card.__class__ is not Dot or card.kind != "options")
         self.emit(cards, top)
         self.currents_of_both()
-        steps.change_elements(self.flat, self.changes, top.scope.models)
-        steps.check(self.flat.steps, self.sink)
+        if self.flat.steps or self.changes:
+            from .steps import change_elements, check
+
+            change_elements(self.flat, self.changes, top.scope.models)
+            check(self.flat.steps, self.sink)
         if self.changes:  # one of the runs: nothing is left to step
             self.flat.steps = []
         for name in top.scope.models:
@@ -169,7 +173,9 @@ class _Flattener:
         # a parameter that is stepped need not be defined
         for card in self.deck.body:
             if card.__class__ is Dot and card.kind == "step":
-                found = steps.stepped_parameter(card.items)
+                from .steps import stepped_parameter
+
+                found = stepped_parameter(card.items)
                 if found is not None:
                     first = found[1] if isinstance(found[1], Node) else float(found[1])
                     scope.exprs.setdefault(found[0], Param(found[0], first, card.span))
@@ -355,6 +361,8 @@ class _Flattener:
                     ]
                     self.flat.prints.append(Print(card.kind, items, card.span))
                 elif kind is Measure:
+                    from .measures import bind_measure
+
                     others = [c.name for c in cards if c.__class__ is Measure]
                     bound = bind_measure(card, level, others)
                     (self.flat.fours if card.clauses[0].word == "four" else self.flat.measures).append(bound)
@@ -415,6 +423,8 @@ class _Flattener:
         """What .print, .save and .probe name: a bare name stays one."""
         if isinstance(ast, Name):
             return ast if ast.id in ("all", "alli", "allv") else Name(level.node(ast.id, ast.span), ast.at)
+        from .measures import OfResults
+
         return fold(ast, OfResults(level))
 
     # ---- subcircuits ----
@@ -547,7 +557,9 @@ class _Flattener:
                 if key in ("temp", "tnom") and not above and not isinstance(flat.options[key], (str, bool)):
                     setattr(flat, key, float(flat.options[key]))
         elif card.kind == "step":
-            if (step := steps.read(card, scope, self.sink)) is not None:
+            from .steps import read
+
+            if (step := read(card, scope, self.sink)) is not None:
                 # .temp stands outermost
                 flat.steps.insert(
                     len([s for s in flat.steps if s.kind != "temp" or step.kind == "temp"]), step
@@ -557,7 +569,9 @@ class _Flattener:
             flat.temp = values[0]
             self.heated = True
             if len(values) > 1:
-                flat.steps.append(steps.Step("temp", "temp", values, card.span, unit="C"))
+                from .steps import Step
+
+                flat.steps.append(Step("temp", "temp", values, card.span, unit="C"))
             if flat.temp < ABSOLUTE_ZERO:
                 hint = f"temperatures are in Celsius, {ABSOLUTE_ZERO:g} or more"
                 self.sink.error("E293", f".temp {flat.temp:g} is below absolute zero", card.span, hint)

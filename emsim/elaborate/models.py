@@ -192,7 +192,7 @@ class Models:
         word, said, at = e.span.text.lower(), f"no .model is called `{name}`", place
         fixes = instead(at, name, near) if near else []
         if word.upper() in CARDS:
-            from ..mistakes import missing_mark
+            from ..marks import missing_mark
 
             hint = missing_mark(word)
             if word == "joint":

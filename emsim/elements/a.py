@@ -18,15 +18,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from typing import Any
 
-    from .._engine import Expr
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
-    from ..build_elements import ElementCards
     from ..deck import Model
     from ..diagnostics import Span
-    from ..elaborate.bind import Level
     from ..source import Line
     from .base import Path
+    from .contract import Accounts, Cards, Circuit, Expr, Level
     from .net import Net
     from .xspice.base import CodeModel, Port, Seat, Word
 
@@ -76,7 +72,7 @@ class OfCodeModel(Element):
             if w.meaning
         ]
 
-    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+    def read(self, cards: Cards, rule: str, ch: list[Any], line: Line) -> None:
         import re
 
         words: list[tuple[str, str, Span]] = []
@@ -129,7 +125,7 @@ class OfCodeModel(Element):
 
     # ---- its words, once the model is known ----
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         from .xspice.base import Seat
 
         if self.model is None:
@@ -154,7 +150,7 @@ class OfCodeModel(Element):
         for port in self.seat.kind.ports:
             yield from (c for c in self.seat.at[port.name] if c.type not in ("d", "vnam"))
 
-    def _values(self, ctx: Context, model: Model, kind: type[CodeModel]) -> Iterator[tuple[str, Any]]:
+    def _values(self, ctx: Circuit, model: Model, kind: type[CodeModel]) -> Iterator[tuple[str, Any]]:
         for key, value in model.params.items():
             at = model.param_spans.get(key, model.span)
             word = kind.parameters.get(key)
@@ -219,7 +215,7 @@ class OfCodeModel(Element):
             )
         return float(value)
 
-    def _connections(self, ctx: Context, kind: type[CodeModel]) -> dict[str, list[Any]]:
+    def _connections(self, ctx: Circuit, kind: type[CodeModel]) -> dict[str, list[Any]]:
         """The line's words, connection by connection. Raises LineError."""
         # `nodes` is made anew below, and the deck may be assembled again
         nodes = iter(self.extra.setdefault("ends", list(self.nodes)))
@@ -247,7 +243,7 @@ class OfCodeModel(Element):
         return found
 
     def _port(
-        self, ctx: Context, port: Port, kind: type[CodeModel], words: list[Any], fail: Any
+        self, ctx: Circuit, port: Port, kind: type[CodeModel], words: list[Any], fail: Any
     ) -> list[Any]:
         from .xspice.base import Connection
 
@@ -318,7 +314,7 @@ class OfCodeModel(Element):
             )
         return made
 
-    def _of_source(self, ctx: Context, name: str, span: Span) -> Any:
+    def _of_source(self, ctx: Circuit, name: str, span: Span) -> Any:
         from .xspice.base import Connection
 
         known = {e.name: e for e in ctx.flat.elements if e.holds_voltage}
@@ -366,23 +362,23 @@ class OfCodeModel(Element):
 
     # ---- equation (1) ----
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         if self.seat is not None:
             self.seat.short()
             self.seat.kind().build(self.seat)
 
-    def current(self, ctx: Context, terminal: int = 0) -> Expr:
+    def current(self, ctx: Circuit, terminal: int = 0) -> Expr:
         """Into the first node of what it drives."""
         flows = self.seat.flows if self.seat is not None else []
         return flows[0][1] if flows else ctx.b.const(0.0)
 
-    def probe(self, ctx: Context, name: str) -> Expr | None:
+    def probe(self, ctx: Circuit, name: str) -> Expr | None:
         return None
 
-    def probes(self, ctx: Context) -> dict[str, str]:
+    def probes(self, ctx: Circuit) -> dict[str, str]:
         return {}
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         for nodes, i in self.seat.flows if self.seat is not None else ():
             book.supplies(self, -(ctx.v(*nodes) * i))
 

@@ -9,8 +9,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from ..build_elements import ElementCards
     from ..source import Line
+    from .contract import Cards
     from .net import Net
 
 
@@ -23,7 +23,7 @@ class Behavioural(Controlled):
     holds_voltage = True
     jumps = 13
 
-    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+    def read(self, cards: Cards, rule: str, ch: list[Any], line: Line) -> None:
         self.extra["form"] = "expr"
         for item in cards.params(self.take_transform(self.take_nodes(ch, 2), line), line, self):
             if self.value is not None:

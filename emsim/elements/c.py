@@ -11,9 +11,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
+    from .contract import Accounts, Circuit, Expr
+
 
 EPS0 = 8.8541878128e-12  # [F/m]
 
@@ -52,11 +51,11 @@ class Capacitor(Passive):
             return float(cj * length * width + 2 * p.get("cjsw", 0.0) * (length + width))
         return float(p.get("cap", p.get("c", 0.0)))
 
-    def quantity(self, ctx: Context) -> float:
+    def quantity(self, ctx: Circuit) -> float:
         """C [F] of a constant capacitor, `m` included."""
         return self.scaled(ctx) * self.number("m", 1.0)
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         if (
             self.value is None
@@ -77,12 +76,12 @@ class Capacitor(Passive):
     def itself(self) -> Node:
         return Call("v", [Name(name) for name in self.nodes])
 
-    def charge(self, ctx: Context) -> Expr:
+    def charge(self, ctx: Circuit) -> Expr:
         if isinstance(self.value, Node):
             return self.number("m", 1.0) * self.expression(ctx)
         return self.quantity(ctx) * self.between(ctx)
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         p, n, b = ctx.node(self.nodes[0]), ctx.node(self.nodes[1]), ctx.b
         self.judge_capital(ctx)
         if isinstance(self.value, Node):
@@ -104,13 +103,13 @@ class Capacitor(Passive):
             b.ic_charge(p, dq)
             b.ic_charge(n, -dq)
 
-    def flow(self, ctx: Context) -> Expr:
+    def flow(self, ctx: Circuit) -> Expr:
         if isinstance(self.value, Node) and not self.is_whole:
             rate = ctx.ddt(self.between(ctx), f"{self.name}#dv")
             return self.number("m", 1.0) * self.expression(ctx) * rate
         return ctx.ddt(self.charge(ctx), f"{self.name}#i")
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         if isinstance(self.value, Node):
             book.open.append(self.name)
         else:

@@ -11,11 +11,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import Any, ClassVar
 
-    from .._engine import Expr
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
     from ..deck import Model
     from .base import Path
+    from .contract import Accounts, Circuit, Expr
 
 START = {"off": Param("off at the start"), "ic": Param()}
 # of every .model, whatever its module knows
@@ -77,7 +75,7 @@ class Compiled(Element):
 
     # ---- which module ----
 
-    def find(self, ctx: Context) -> Module | None:
+    def find(self, ctx: Circuit) -> Module | None:
         """The module of its model, and what its .model's word makes of `type`; what is missing is reported."""
         assert self.model is not None
         kind = self.model.type
@@ -130,7 +128,7 @@ class Compiled(Element):
             words.update(dict.fromkeys(key for key, p in own.parameters.items() if p["instance"]))
         return words
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         self.shafts, self.stimuli, self.behaves = {}, [], False
         self.module = self.find(ctx) if self.model is not None else None
         if self.model is not None and self.module is None:
@@ -191,7 +189,7 @@ class Compiled(Element):
         pairs = zip(self.nodes, module.disciplines, strict=False)
         return {name: MECHANICAL[d][2] for name, d in pairs if d in MECHANICAL}
 
-    def _check_model(self, ctx: Context, model: Model) -> None:
+    def _check_model(self, ctx: Circuit, model: Model) -> None:
         module = self.module
         if module is None:
             return
@@ -236,7 +234,7 @@ class Compiled(Element):
 
     # ---- equation (1) ----
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         module = getattr(self, "module", None)
         if module is None or self.model is None:
             return
@@ -285,7 +283,7 @@ class Compiled(Element):
         if longest is not None:
             ctx.longest_step = min(ctx.longest_step, longest)
 
-    def excite(self, ctx: Context) -> Sequence[tuple[int, complex]]:
+    def excite(self, ctx: Circuit) -> Sequence[tuple[int, complex]]:
         return self.stimuli
 
     def polarity(self) -> float:
@@ -296,7 +294,7 @@ class Compiled(Element):
         """The sign of a terminal's current as @name[..] has it, beside that of what flows into the terminal."""
         return 1.0
 
-    def given(self, ctx: Context) -> dict[str, Any]:
+    def given(self, ctx: Circuit) -> dict[str, Any]:
         """Parameters of the line that the module takes."""
         assert self.module is not None
         known = self.module.parameters
@@ -305,7 +303,7 @@ class Compiled(Element):
             if key in known and key not in ("m", "temp", "dtemp", "off", "ic") and isinstance(value, (int, float))
         }  # fmt: skip
 
-    def _told(self, ctx: Context, told: str | list[dict[str, Any]]) -> None:
+    def _told(self, ctx: Circuit, told: str | list[dict[str, Any]]) -> None:
         """What the module, or who puts it into the circuit, refused."""
         assert self.model is not None and self.module is not None
         head = f"`{self.name}`, .model `{self.model.name}`: "
@@ -318,15 +316,15 @@ class Compiled(Element):
             at = next((spans[w] for w in words if w in spans), self.model.span)
             ctx.sink.error("E299", head + message["text"] + where(message), at, message["hint"] or None)
 
-    def flow(self, ctx: Context) -> Expr:
+    def flow(self, ctx: Circuit) -> Expr:
         return self.current(ctx)
 
-    def current(self, ctx: Context, terminal: int = 0) -> Expr:
+    def current(self, ctx: Circuit, terminal: int = 0) -> Expr:
         if terminal in self.shafts:
             return -ctx.b.x(ctx.shafts[self.name, terminal][1])
         return ctx.b.x(ctx.branches[self._branch(terminal)])
 
-    def probe(self, ctx: Context, name: str) -> Expr | None:
+    def probe(self, ctx: Circuit, name: str) -> Expr | None:
         """Currents of terminals, what the module describes of its operating point, its power, and what stands on its line."""
         module = getattr(self, "module", None)
         if module is None:
@@ -348,7 +346,7 @@ class Compiled(Element):
             return ctx.b.const(0.0)  # what it is made of was refused
         return read if charge is None or read is None else ctx.ddt(read, f"{self.name}#{name}")
 
-    def probes(self, ctx: Context) -> dict[str, str]:
+    def probes(self, ctx: Circuit) -> dict[str, str]:
         module = getattr(self, "module", None)
         if module is None:
             return {}
@@ -367,14 +365,14 @@ class Compiled(Element):
             key: module.parameters[key]["unit"] for key in self.params if key in module.parameters
         }
 
-    def _power(self, ctx: Context) -> Expr:
+    def _power(self, ctx: Circuit) -> Expr:
         total = ctx.b.const(0.0)
         for k, node in enumerate(self.nodes):
             across = ctx.b.x(ctx.shafts[self.name, k][0]) if k in self.shafts else ctx.v(node)
             total = total + across * self.current(ctx, k)
         return total
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         """The engine keeps heat and charges of all its currents. At an instant: all that goes in."""
         if self.behaves or any(unit in ("rad", "m") for unit in self.units().values()):
             book.open.append(self.name)  # potential times flow is no power there

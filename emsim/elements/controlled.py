@@ -18,13 +18,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import Any
 
-    from .._engine import Expr
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
-    from ..build_elements import ElementCards
-    from ..elaborate.bind import Level
     from ..source import Line
     from .base import Path
+    from .contract import Accounts, Cards, Circuit, Expr, Level
     from .net import Net
 
     Terms = list[tuple[int, float]]  # a sum of (unknown, factor)
@@ -47,14 +43,14 @@ class Controlled(Element):
 
     # ---- reading ----
 
-    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+    def read(self, cards: Cards, rule: str, ch: list[Any], line: Line) -> None:
         getattr(self, "read_" + rule.removeprefix("current_"))(cards, ch, line)
 
     def take_controls(self, ch: list[Any]) -> list[Any]:
         """What controls a linear source, into `nodes` or `extra`; returns what follows."""
         raise NotImplementedError
 
-    def read_linear(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+    def read_linear(self, cards: Cards, ch: list[Any], line: Line) -> None:
         self.extra["form"] = "linear"
         rest = cards.params(self.take_transform(self.take_controls(ch), line), line, self)
         if self.how == "laplace" and not rest:
@@ -63,7 +59,7 @@ class Controlled(Element):
             if "gain" in self.params:
                 self.value = self.params.pop("gain")
                 return
-            from ..mistakes import missing_mark
+            from ..marks import missing_mark
 
             hint = missing_mark("gear") if ch[0].lower() == "gear" else self.hint
             raise cards.fail("E109", f"{ch[0]} has no gain", line, ch[0], hint)
@@ -88,7 +84,7 @@ class Controlled(Element):
     def _transfer(self, tree: Any, line: Line) -> None:
         self.extra.update(form="laplace", h=transform(tree, line), h_span=line.span_at(*extent(tree)))
 
-    def read_poly(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+    def read_poly(self, cards: Cards, ch: list[Any], line: Line) -> None:
         self.take_nodes(ch, 2)
         dims, rest = spice_number(ch[4]), ch[5:]
         if dims is None or dims < 1 or dims != int(dims) or dims > 100:
@@ -127,7 +123,7 @@ class Controlled(Element):
     def control_at(self, control: Any, level: Level) -> Any:
         raise NotImplementedError
 
-    def controls(self, ctx: Context) -> list[Terms]:
+    def controls(self, ctx: Circuit) -> list[Terms]:
         raise NotImplementedError
 
     # ---- the value ----
@@ -164,7 +160,7 @@ class Controlled(Element):
         m = self.number("m", 1.0)
         return 1.0 / m if m and self.number("reciprocm") else m
 
-    def delivers(self, ctx: Context) -> Expr:
+    def delivers(self, ctx: Circuit) -> Expr:
         """What it delivers, as an expression [V or A]."""
         if self.how == "expr":
             return self.expression(ctx, (lambda: follows(ctx, self)) if self.gives_voltage else None)
@@ -181,7 +177,7 @@ class Controlled(Element):
             return polynomial(ctx, [float(c) for c in self.extra["coeffs"]], xs)
         return float(self.value) * xs[0]
 
-    def _transferred(self, ctx: Context) -> Expr:
+    def _transferred(self, ctx: Circuit) -> Expr:
         from .transfer import laplace, table
 
         by = self.value_span or self.span
@@ -191,7 +187,7 @@ class Controlled(Element):
         x = self.extra
         return table(ctx, self.name, u, x["response"], x["kinds"], float(x["delay"]), self.span)
 
-    def linear_terms(self, ctx: Context) -> Terms | None:
+    def linear_terms(self, ctx: Circuit) -> Terms | None:
         """(unknown, gain) pairs when the source is a homogeneous linear one, else None."""
         if self.how == "linear":
             gains = [float(self.value)]
@@ -225,10 +221,10 @@ class Controlled(Element):
     def reads_currents(self) -> bool:
         return isinstance(self.value, Node) and any(c.fn == "i" for c in calls(self.value))
 
-    def imposes(self, ctx: Context) -> bool:
+    def imposes(self, ctx: Circuit) -> bool:
         return self.gives_voltage
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         """Row v+ - v- - value, or the value from n+ through the source to n-, times m."""
         terms = self.linear_terms(ctx)
         if self.gives_voltage:
@@ -248,10 +244,10 @@ class Controlled(Element):
             ctx.b.g(p, index, m * gain)
             ctx.b.g(n, index, -m * gain)
 
-    def flow(self, ctx: Context) -> Expr:
+    def flow(self, ctx: Circuit) -> Expr:
         return super().flow(ctx) if self.gives_voltage else self.multiplier() * self.delivers(ctx)
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         book.supplies(self, -(self.between(ctx) * self.flow(ctx)))
 
     # ---- its line for ngspice ----
@@ -290,7 +286,7 @@ class ByVoltage(Controlled):
     def take_controls(self, ch: list[Any]) -> list[Any]:
         return self.take_nodes(ch, 4)
 
-    def meant(self, ctx: Context, name: str) -> tuple[str | None, list[Fix]]:
+    def meant(self, ctx: Circuit, name: str) -> tuple[str | None, list[Fix]]:
         """A delay is a function of expressions: delay(x, td)."""
         if name not in ("td", "delay"):
             return None, []
@@ -319,7 +315,7 @@ class ByVoltage(Controlled):
     def control_at(self, control: Any, level: Level) -> Any:
         return level.node(control[0], None), level.node(control[1], None)
 
-    def read_formula(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+    def read_formula(self, cards: Cards, ch: list[Any], line: Line) -> None:
         self.take_nodes(ch, 2)
         key, mine = ch[3].lower(), "V=" if self.gives_voltage else "I="
         if key in (("i", "cur") if self.gives_voltage else ("v", "vol")):
@@ -329,7 +325,7 @@ class ByVoltage(Controlled):
         self.value, self.value_span = expression(ch[4], line), line.span_at(*extent(ch[4]))
         cards.params(ch[5:], line, self)
 
-    def read_table(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+    def read_table(self, cards: Cards, ch: list[Any], line: Line) -> None:
         self.take_nodes(ch, 2)
         start = 5 if ch[4].__class__ is tuple else 4
         self.value, self.value_span = expression(ch[4], line), line.span_at(*extent(ch[4]))
@@ -338,13 +334,13 @@ class ByVoltage(Controlled):
             raise cards.fail("E114", "TABLE needs pairs (x,y)", line, ch[start - 1], self.hint)
         self.extra.update(form="table", table=list(zip(numbers[0::2], numbers[1::2], strict=True)))
 
-    def read_laplace(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+    def read_laplace(self, cards: Cards, ch: list[Any], line: Line) -> None:
         self.take_nodes(ch, 2)
         self.value, self.value_span = expression(ch[4], line), line.span_at(*extent(ch[4]))
         self._transfer(ch[5], line)
         cards.params(ch[6:], line, self)
 
-    def read_freq(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+    def read_freq(self, cards: Cards, ch: list[Any], line: Line) -> None:
         self.take_nodes(ch, 2)
         self.value, self.value_span = expression(ch[4], line), line.span_at(*extent(ch[4]))
         numbers: list[Any] = []
@@ -362,7 +358,7 @@ class ByVoltage(Controlled):
     def pairs(self) -> list[Any]:
         return self.extra.get("controls") or ([tuple(self.nodes[2:4])] if len(self.nodes) > 2 else [])
 
-    def controls(self, ctx: Context) -> list[Terms]:
+    def controls(self, ctx: Circuit) -> list[Terms]:
         return [[(ctx.node(p), 1.0), (ctx.node(n), -1.0)] for p, n in self.pairs()]
 
     def reads(self) -> list[str]:
@@ -394,14 +390,14 @@ class ByCurrent(Controlled):
     def control_at(self, control: Any, level: Level) -> Any:
         return level.prefix + control
 
-    def controls(self, ctx: Context) -> list[Terms]:
+    def controls(self, ctx: Circuit) -> list[Terms]:
         return [[(current_of(ctx, self, name), 1.0)] for name in self.extra["controls"]]
 
     def controls_text(self, net: Net) -> str:
         return " ".join(map(net.name_of, self.extra["controls"]))
 
 
-def current_of(ctx: Context, e: Element, name: str) -> int:
+def current_of(ctx: Circuit, e: Element, name: str) -> int:
     """The unknown that is the current of a named source; -1 with an error where there is none."""
     branch = ctx.branch(ctx.element_name(name))
     if branch is not None:
@@ -420,11 +416,11 @@ def current_of(ctx: Context, e: Element, name: str) -> int:
     return -1
 
 
-def sum_of(ctx: Context, terms: Terms) -> Expr:
+def sum_of(ctx: Circuit, terms: Terms) -> Expr:
     return sum((factor * ctx.b.x(index) for index, factor in terms if index >= 0), ctx.b.const(0.0))
 
 
-def polynomial(ctx: Context, coeffs: list[float], xs: list[Expr]) -> Expr:
+def polynomial(ctx: Circuit, coeffs: list[float], xs: list[Expr]) -> Expr:
     """POLY: p0, then the products of degree 1, 2, ... in the order x1, x2, .., x1 x1, x1 x2, .., x2 x2, .."""
     from itertools import combinations_with_replacement
 
@@ -443,7 +439,7 @@ def polynomial(ctx: Context, coeffs: list[float], xs: list[Expr]) -> Expr:
     return total
 
 
-def follows(ctx: Context, source: Element) -> frozenset[str]:
+def follows(ctx: Circuit, source: Element) -> frozenset[str]:
     """Nodes that have the voltage of a source to ground whatever it is: its own, and what hangs on it by resistors alone.
     A source that chooses such a voltage holds it."""
     out, other = source.nodes[:2]

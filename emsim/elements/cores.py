@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from typing import Any
 
-    from .._engine import Expr
-    from ..assemble.context import Context
+    from .contract import Circuit, Expr
 
     Scalar = Expr | float
 
@@ -210,7 +209,7 @@ class Core:
 
     def __init__(
         self,
-        ctx: Context,
+        ctx: Circuit,
         name: str,
         m: Material,
         coupling: float,

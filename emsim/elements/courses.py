@@ -18,11 +18,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
-    from ..assemble.context import Context
-    from ..build_elements import ElementCards
     from ..deck import Waveform
-    from ..elaborate.bind import Level
     from ..source import Line
+    from .contract import Cards, Circuit, Level
 
     # ("at", is the time relative?, time, value), ("file", name, place), ("repeat", how often or None, items)
     Course = list[tuple[Any, ...]]
@@ -43,7 +41,7 @@ def is_course(children: list[Any]) -> bool:
     return False
 
 
-def read(cards: ElementCards, ch: list[Any], line: Line) -> tuple[Course, dict[str, Any]]:
+def read(cards: Cards, ch: list[Any], line: Line) -> tuple[Course, dict[str, Any]]:
     """What stands behind PWL, and its parameters. Raises LineError."""
     words, params = parts(ch[1:]), {}
     at = 0
@@ -119,7 +117,7 @@ def is_plain(course: Course, is_number: Callable[[list[Any]], bool]) -> bool:
     )
 
 
-def fill(ctx: Context, name: str, wave: Waveform, course: Course) -> None:
+def fill(ctx: Circuit, name: str, wave: Waveform, course: Course) -> None:
     """The points of a course into its waveform; an error where that is none."""
     points: list[float] = []
     try:
@@ -149,7 +147,7 @@ def _count(course: Course) -> float:
     return total
 
 
-def _expand(ctx: Context, course: Course, points: list[float]) -> float | None:
+def _expand(ctx: Circuit, course: Course, points: list[float]) -> float | None:
     """Appends the points; the time from which they repeat for ever. Raises ValueError, FileTrouble."""
     again: float | None = None
 

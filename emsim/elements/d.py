@@ -15,10 +15,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, ClassVar
 
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
-    from ..build_elements import ElementCards
     from ..source import Line
+    from .contract import Accounts, Cards, Circuit
 
 
 class Diode(Element):
@@ -39,7 +37,7 @@ class Diode(Element):
     current_name = "id"
     jumps = 10
 
-    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+    def read(self, cards: Cards, rule: str, ch: list[Any], line: Line) -> None:
         words = [w.lower() for w in ch[1:] if w.__class__ is not tuple]
         # Dname anode cathode [tj] model thermal: the model is the last word that is no flag and no number
         more = "thermal" in words and len(ch) > 5 and ch[4].__class__ is not tuple
@@ -49,7 +47,7 @@ class Diode(Element):
             return
         super().read(cards, rule, ch, line)
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         if self.number("ic") and any("uic" in analysis.flags for analysis in ctx.flat.analyses):
             said, hint = (
@@ -87,7 +85,7 @@ class Diode(Element):
         rs = self.model.params.get("rs") if self.model is not None else None
         return isinstance(rs, (int, float)) and rs > 0
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         assert self.model is not None
         model = {
             key: float(value) for key, value in self.model.params.items() if isinstance(value, (int, float))
@@ -118,7 +116,7 @@ class Diode(Element):
             hint = "tlevc=1 in the .model keeps vj and cjo as they are given" if cold else None
             ctx.sink.error("E299", f"`{self.name}`, .model `{self.model.name}`: {trouble}", span, hint)
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         """The engine keeps heat v i(v) and charge v dq of the junction; the series resistance is said here.
         At an instant: all that goes in."""
         if not book.engine:

@@ -6,14 +6,14 @@ import math
 
 from .base import TEMPERATURE, Element, M, Param
 from .compiled import Compiled
+from .words import Written
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import ClassVar
 
-    from .._engine import Expr
-    from ..assemble.context import Context
     from .base import Path
+    from .contract import Circuit, Expr
     from .net import Net
 
 # words of the complete module alone (devices/diode.va), where they are not 0, ...
@@ -45,7 +45,7 @@ HARMLESS = frozenset(
 def become(e: Element, kind: type[Element]) -> Element:
     """The same line as an element of another class."""
     other = kind.__new__(kind)
-    for slot in Element.__slots__:
+    for slot in Written.__slots__:
         if hasattr(e, slot):  # a plain line has not all of them
             setattr(other, slot, getattr(e, slot))
     return other
@@ -93,7 +93,7 @@ class ThermalDiode(ModuleDiode):
     may_lack = 1
     currents = ("id", "ik", "heat")
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         if (
             self.module is not None
@@ -117,7 +117,7 @@ class Lines(Element):
 
     __slots__ = ()
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         if self.model is None:
             return
@@ -190,7 +190,7 @@ class LinesDiode(Lines):
     def model_table(cls, of: str = "") -> list[tuple[list[str], str, float, str]]:
         return [([key], p.unit, math.nan, p.meaning) for key, p in OF_LINES.items()]
 
-    def flow(self, ctx: Context) -> Expr:
+    def flow(self, ctx: Circuit) -> Expr:
         v, ron = self.between(ctx), self._number("ron", 1.0)
         off = 1.0 / self._number("roff", 1.0 / ctx.gmin)
         current = off * v + self._bent(ctx, v - self._number("vfwd", 0.0), 1.0 / ron - off, "ilimit")
@@ -199,6 +199,6 @@ class LinesDiode(Lines):
             current = current - self._bent(ctx, -v - vrev, back, "revilimit")
         return self.number("area", 1.0) * self.number("m", 1.0) * current
 
-    def _bent(self, ctx: Context, v: Expr, g: float, limit: str) -> Expr:
+    def _bent(self, ctx: Circuit, v: Expr, g: float, limit: str) -> Expr:
         rises, most = g * ctx.max_(v, ctx.b.const(0.0)), self._number(limit, 0.0)
         return most * ctx.b.call("tanh", rises * (1.0 / most)) if most > 0.0 else rises

@@ -8,8 +8,8 @@ from ..source import decode, read_bytes
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from ..assemble.context import Context
     from ..diagnostics import Span
+    from .contract import Circuit
 
 
 class FileTrouble(Exception):
@@ -20,7 +20,7 @@ class FileTrouble(Exception):
         self.path = path
 
 
-def text_beside(ctx: Context, given: str, at: Span) -> str:
+def text_beside(ctx: Circuit, given: str, at: Span) -> str:
     """The text of a file that is named at a place of a deck. Raises FileTrouble."""
     folder = os.path.dirname(at.file.path) if at.file.path else ""
     path = os.path.join(folder or ".", os.path.expanduser(given.replace("\0", "")))

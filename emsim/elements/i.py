@@ -7,9 +7,7 @@ from .independent import DISTORTION, Independent
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .._engine import Expr
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
+    from .contract import Accounts, Circuit, Expr
 
 
 class CurrentSource(Independent):
@@ -27,16 +25,16 @@ class CurrentSource(Independent):
     def paths(self) -> tuple[Path, ...]:
         return DRIVES
 
-    def imposes(self, ctx: Context) -> bool:
+    def imposes(self, ctx: Circuit) -> bool:
         return True
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         m, k = self.number("m", 1.0), ctx.wave(self)
         ctx.b.f_wave(ctx.node(self.nodes[0]), k, m)
         ctx.b.f_wave(ctx.node(self.nodes[1]), k, -m)
 
-    def flow(self, ctx: Context) -> Expr:
+    def flow(self, ctx: Circuit) -> Expr:
         return self.number("m", 1.0) * ctx.b.wave_expr(ctx.wave(self))
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         book.supplies(self, -(self.between(ctx) * self.flow(ctx)))

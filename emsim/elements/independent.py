@@ -12,10 +12,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from ..assemble.context import Context
-    from ..build_elements import ElementCards
-    from ..elaborate.bind import Level
     from ..source import Line
+    from .contract import Cards, Circuit, Level
     from .net import Net
 
 # words that are followed by values and may stand behind a waveform
@@ -37,7 +35,7 @@ class Independent(Element):
     def take_words_alone(self) -> None:
         self.value, self.extra = None, {"dc": self.value, "ac": None}
 
-    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+    def read(self, cards: Cards, rule: str, ch: list[Any], line: Line) -> None:
         name = ch[0]
         self.extra = {"dc": None, "ac": None}
         rest = cards.params(_words(self.take_nodes(ch, 2)), line, self)
@@ -111,7 +109,7 @@ class Independent(Element):
 
             extra["course"] = bound(extra["course"], level)
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         if self.wave is None:
             return
@@ -121,7 +119,7 @@ class Independent(Element):
 
             fill(ctx, self.name, self.wave, course)
 
-    def quantity(self, ctx: Context) -> float | None:
+    def quantity(self, ctx: Circuit) -> float | None:
         plain = self.extra.get("dc") if self.value is None else self.value
         return float(plain) if self.wave is None and isinstance(plain, (int, float)) else None
 
@@ -131,7 +129,7 @@ class Independent(Element):
         magnitude, phase = self.extra.get("ac") or (0.0, 0.0)
         return complex(magnitude * math.cos(math.radians(phase)), magnitude * math.sin(math.radians(phase)))
 
-    def excite(self, ctx: Context) -> tuple[tuple[int, complex], ...]:
+    def excite(self, ctx: Circuit) -> tuple[tuple[int, complex], ...]:
         return ((ctx.wave(self), self.phasor),) if self.phasor else ()
 
     def analogue(self, net: Net) -> str:
@@ -163,7 +161,7 @@ def _is_word(item: Any, *words: str) -> bool:
     return item.__class__ is not tuple and item.lower() in words
 
 
-def waveform(cards: ElementCards, item: Any, line: Line, extra: dict[str, Any]) -> Waveform:
+def waveform(cards: Cards, item: Any, line: Line, extra: dict[str, Any]) -> Waveform:
     """A waveform as written; of a PWL that is more than points these are still to come: extra["course"]."""
     ch = item[1]
     kind = ch[0].lower().replace("sine", "sin")
@@ -193,7 +191,7 @@ def waveform(cards: ElementCards, item: Any, line: Line, extra: dict[str, Any]) 
     return wave
 
 
-def _relative_times(cards: ElementCards, words: list[Any], args: list[Any], line: Line) -> None:
+def _relative_times(cards: Cards, words: list[Any], args: list[Any], line: Line) -> None:
     """LTspice and PSpice count the time +1m from the point before, ngspice from 0: refused where that differs and nobody
     has said how the deck is read."""
     if len(words) != len(args) or not cards.are_numbers(args):

@@ -15,13 +15,9 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
-    from ..build_elements import ElementCards
     from ..deck import Model
-    from ..elaborate.bind import Level
     from ..source import Line
+    from .contract import Accounts, Cards, Circuit, Expr, Level
     from .net import Net
 
 LAWS = ("ja", "play")
@@ -51,7 +47,7 @@ class Coupling(Element):
         gap=Param("length of the air gap", "cm", 0.0), pack=Param("part of the section that is core", "", 1.0),
     )  # fmt: skip
 
-    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+    def read(self, cards: Cards, rule: str, ch: list[Any], line: Line) -> None:
         rest = cards.params(ch[1:], line, self)
         if "k" in self.params:
             rest.append(ch[-1])
@@ -88,7 +84,7 @@ class Coupling(Element):
     def core(self) -> Core | None:
         return getattr(self, "_core", None)
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         if self.model is None:
             if "b0" in self.params:
@@ -102,7 +98,7 @@ class Coupling(Element):
                 ctx.sink.error("E284", said, self.span, "a winding has one core; two in series make two")
             ctx.wound[name] = self.name
 
-    def _wind(self, ctx: Context, model: Model, coils: list[Inductor], k: float) -> None:
+    def _wind(self, ctx: Circuit, model: Model, coils: list[Inductor], k: float) -> None:
         material = Material(model.params)
         if (wrong := material.wrong()) is not None:
             key, said = wrong
@@ -130,7 +126,7 @@ class Coupling(Element):
 
     # ---- rows ----
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         k = self.value if isinstance(self.value, (int, float)) else 1.0
         if abs(k) > 1.0:
             ctx.sink.error(
@@ -179,10 +175,10 @@ class Coupling(Element):
                 ctx.b.c(row, col, m)
                 ctx.b.c(col, row, m)
 
-    def flow(self, ctx: Context) -> Expr:
+    def flow(self, ctx: Circuit) -> Expr:
         return ctx.b.const(0.0)
 
-    def probe(self, ctx: Context, name: str) -> Expr | None:
+    def probe(self, ctx: Circuit, name: str) -> Expr | None:
         core = self.core
         if core is None:
             return None
@@ -191,10 +187,10 @@ class Coupling(Element):
             "flux": lambda: core.m.area * core.flux_density, "loss": core.loss, "energy": core.energy,
         }.get(name, lambda: None)()  # fmt: skip
 
-    def probes(self, ctx: Context) -> dict[str, str]:
+    def probes(self, ctx: Circuit) -> dict[str, str]:
         return {"h": "A/m", "b": "T", "m": "A/m", "flux": "Wb", "loss": "W", "energy": "J"}
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         if self.core is not None:
             book.holds(self, self.core.energy())
             if book.engine and self.core.lost is not None:

@@ -13,10 +13,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
-    from ..build_elements import ElementCards
     from ..source import Line
+    from .contract import Accounts, Cards, Circuit
     from .net import Net
 
 
@@ -45,17 +43,17 @@ class Inductor(Passive):
         value = p.get("ind", p.get("l")) if "nt" not in self.params else None  # turns of a coil of known size
         return None if value is None else float(value)
 
-    def quantity(self, ctx: Context) -> float:
+    def quantity(self, ctx: Circuit) -> float:
         """L [H] of a constant inductor, `m` included."""
         return self.scaled(ctx) / (self.number("m", 1.0) or 1.0)
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         if "m" in self.params and not self.number("m"):
             hint = "m= counts coils in parallel: leave the line out"
             ctx.sink.error("E281", f"`{self.name}` with m=0 has no inductance", self.span, hint)
 
-    def no_value(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+    def no_value(self, cards: Cards, ch: list[Any], line: Line) -> None:
         own = [key for key in ("hc", "bs", "br") if key in self.params]
         if own:
             raise cards.fail(
@@ -97,7 +95,7 @@ class Inductor(Passive):
     def paths(self) -> tuple[Path, ...]:
         return ((0, 1, "inductor"),)
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         br, p, n = self.join(ctx)
         b = ctx.b
         b.g(br, p, -1.0)
@@ -115,7 +113,7 @@ class Inductor(Passive):
         if "ic" in self.params and ctx.starts_at_rest() and self.name not in ctx.starting:
             self.ic_unused(ctx, "set the node voltages by .ic")
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         if self.name in ctx.wound:
             return
         i = self.flow(ctx)

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any, ClassVar
 
-    from ..assemble.context import Context
     from .base import Path
+    from .contract import Circuit
 
 # options that stand for what the line leaves out
 DEFAULTS = {"l": "defl", "w": "defw", "ad": "defad", "as": "defas"}
@@ -60,7 +60,7 @@ class Mosfet(Compiled):
         is_power = self.model is not None and self.model.type in ThermalMosfet.sorts
         return become(self, ThermalMosfet) if "thermal" in self.params and is_power else self
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         if "thermal" in self.params and not isinstance(self, ThermalMosfet):
             said = (
                 f"`{self.name}`: of a MOSFET, a VDMOS alone is warmed by its own heat with the word `thermal`"
@@ -86,7 +86,7 @@ class Mosfet(Compiled):
         assert self.model is not None
         return -1.0 if self.model.type == "vdmos" and self.model.params.get("pchan") else 1.0
 
-    def given(self, ctx: Context) -> dict[str, Any]:
+    def given(self, ctx: Circuit) -> dict[str, Any]:
         assert self.module is not None
         found = super().given(ctx)
         for key, option in DEFAULTS.items():

@@ -14,10 +14,8 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from .._engine import Expr
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
     from .base import Coloured, Path
+    from .contract import Accounts, Circuit, Expr
     from .net import Net
 
 OF_LENGTH = {
@@ -63,7 +61,7 @@ class ModelledLine(Element):
                 raise ValueError(trouble)
         return found
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         assert self.model is not None
         try:
@@ -100,7 +98,7 @@ class ModelledLine(Element):
         count = len(self.nodes) // 2 - 1
         return [f"{self.name}#i{end + 1}" + (f"_{k + 1}" if count > 1 else "") for k in range(count)]
 
-    def current(self, ctx: Context, terminal: int = 0) -> Expr:
+    def current(self, ctx: Circuit, terminal: int = 0) -> Expr:
         half = len(self.nodes) // 2
         into = [ctx.b.x(ctx.branches[name]) for name in self._names(terminal // half)]
         k = terminal % half
@@ -108,10 +106,10 @@ class ModelledLine(Element):
             return into[k]
         return -sum(into[1:], into[0])
 
-    def flow(self, ctx: Context) -> Expr:
+    def flow(self, ctx: Circuit) -> Expr:
         return self.current(ctx)
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         try:
             modes = self.checked()
         except ValueError:
@@ -156,7 +154,7 @@ class ModelledLine(Element):
 
         return at
 
-    def coloured(self, ctx: Context) -> Sequence[Coloured]:
+    def coloured(self, ctx: Circuit) -> Sequence[Coloured]:
         """Thermal noise of what is warm alike everywhere: 4 k T times the real part of its admittances (Twiss 1955)."""
         kelvin = self.temperature(ctx) + ZERO_CELSIUS
         found: list[Coloured] = []
@@ -177,7 +175,7 @@ class ModelledLine(Element):
                 found.append(("thermal", [(row, factor) for row, factor in rows if row >= 0], power))
         return found
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         """What it holds is on its way, and what it loses is not told apart."""
         taken = ctx.b.const(0.0)
         for end, (*nodes, against) in enumerate(self.ends):

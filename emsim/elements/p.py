@@ -14,7 +14,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     import numpy as np
 
-    from ..assemble.context import Context
+    from .contract import Circuit
+
 
 MOST = 8  # conductors, as in ngspice
 WEIGHTS = (1.0, 1e-3, 7e-4)  # of l, r, g: the losses choose where l has equal eigenvalues
@@ -87,7 +88,7 @@ class CoupledLines(ModelledLine):
             for k, (l_k, r_k, g_k) in enumerate(lines)
         ]
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         if NOTHING < (off := self.extra.get("off", 0.0)) <= LITTLE:
             ctx.sink.warning(

@@ -12,10 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any, ClassVar
 
-    from .._engine import Expr
-    from ..assemble.context import Context
-    from ..build_elements import ElementCards
     from ..source import Line
+    from .contract import Cards, Circuit, Expr
     from .net import Net
 
 FILAMENT = 10e-6  # default width and length of R and C models [m]
@@ -39,7 +37,7 @@ class Passive(Element):
     quantity_name: str  # "resistance", for messages
     value_names: ClassVar[tuple[str, ...]]  # words that give the value by name
 
-    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+    def read(self, cards: Cards, rule: str, ch: list[Any], line: Line) -> None:
         self.nodes = [node_name(ch[1]), node_name(ch[2])]
         # the value or the model comes first, or a word that names the value
         first = 0 if len(ch) > 3 and ch[3].__class__ is not tuple and ch[3].lower() in self.value_names else 1
@@ -73,7 +71,7 @@ class Passive(Element):
             self.no_value(cards, ch, line)
         self.is_plain = cards.are_numbers([self.value, *self.params.values()]) and "tol" not in self.params
 
-    def no_value(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+    def no_value(self, cards: Cards, ch: list[Any], line: Line) -> None:
         raise cards.fail("E109", f"{ch[0]} has no value", line, ch[2], self.hint)
 
     @property
@@ -84,7 +82,7 @@ class Passive(Element):
         """What the parameters of a model make of it, or None."""
         raise NotImplementedError
 
-    def nominal(self, ctx: Context) -> float:
+    def nominal(self, ctx: Circuit) -> float:
         """The value on the line, or what the model makes of it; an error when there is neither."""
         if isinstance(self.value, (int, float)):
             return float(self.value)
@@ -101,7 +99,7 @@ class Passive(Element):
     # a capital that is small: below which value it may stand, what it makes, what was meant, what to write
     big: ClassVar[tuple[float, str, str, str, str]] = (0.0, "", "", "", "")
 
-    def judge_capital(self, ctx: Context) -> None:
+    def judge_capital(self, ctx: Circuit) -> None:
         """W112: SPICE knows no capitals. A resistor of 1M has 1 milliohm, a capacitor of 1F 1 femtofarad."""
         below, letter, made, meant, written = self.big
         if self.value.__class__ is not float or not self.value < below or (span := self.value_span) is None:
@@ -125,11 +123,11 @@ class Passive(Element):
         assert isinstance(self.value, Node)
         return rewritten(self.value, lambda n: self.itself() if isinstance(n, Name) and n.id == OWN else None)
 
-    def expression(self, ctx: Context, holds: Callable[[], frozenset[str]] | None = None) -> Expr:
+    def expression(self, ctx: Circuit, holds: Callable[[], frozenset[str]] | None = None) -> Expr:
         self.value = self.with_itself() if isinstance(self.value, Node) else self.value
         return super().expression(ctx, holds)
 
-    def scaled(self, ctx: Context) -> float:
+    def scaled(self, ctx: Circuit) -> float:
         return self.nominal(ctx) * self.temperature_factor(ctx) * self.number("scale", 1.0)
 
     def analogue(self, net: Net) -> str:

@@ -10,10 +10,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
-    from ..assemble.context import Context
-    from ..build_elements import ElementCards
     from ..source import Line
+    from .contract import Cards, Circuit, Expr
 
 LEAST_RESISTANCE = 1e-3  # what ngspice makes of 0 ohm [ohm]
 
@@ -60,12 +58,12 @@ class Resistor(Passive):
         edge = p.get("narrow", p.get("dw", 0.0))
         return length, self.number("w", p.get("w", p.get("defw", FILAMENT))) - 2 * edge
 
-    def no_value(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+    def no_value(self, cards: Cards, ch: list[Any], line: Line) -> None:
         said = f"{ch[0]} has no value, taken as 1 mOhm as in ngspice"
         cards.sink.warning("W281", said, line.span(ch[0]), self.hint)
         self.value = LEAST_RESISTANCE
 
-    def quantity(self, ctx: Context) -> float:
+    def quantity(self, ctx: Circuit) -> float:
         """R [ohm] of a constant resistor, one of the `m` that stand in parallel: with m=0 none does."""
         r = self.scaled(ctx)
         if r == 0.0:
@@ -73,13 +71,13 @@ class Resistor(Passive):
             r = LEAST_RESISTANCE
         return r
 
-    def warn_of_zero(self, ctx: Context) -> None:
+    def warn_of_zero(self, ctx: Circuit) -> None:
         ctx.sink.warning(
             "W281", f"`{self.name}` has 0 ohm, taken as 1 mOhm as in ngspice", self.value_span or self.span,
             hint="use a voltage source of 0 V for an ideal connection",
         )  # fmt: skip
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         if isinstance(self.value, Node):
             self.inject(ctx, self.flow(ctx))
             return
@@ -92,7 +90,7 @@ class Resistor(Passive):
         g = 1.0 / self.value if plain else self.number("m", 1.0) / self.quantity(ctx)
         ctx.b.conductance(ctx.node(self.nodes[0]), ctx.node(self.nodes[1]), g)
 
-    def noise(self, ctx: Context) -> list[tuple[str, Expr | float, float]]:
+    def noise(self, ctx: Circuit) -> list[tuple[str, Expr | float, float]]:
         """Thermal; 1/f by the parameters of its model. None of an expression, as in ngspice."""
         if isinstance(self.value, Node) or not self.number("noisy", self.number("noise", 1.0)):
             return []
@@ -106,7 +104,7 @@ class Resistor(Passive):
             flicker = m * kf / area * one ** p.get("af", 2.0)
         return [("thermal", self.thermal(ctx, g), 0.0), ("1overf", flicker, p.get("ef", 1.0))]
 
-    def _conductance(self, ctx: Context) -> Expr | float:
+    def _conductance(self, ctx: Circuit) -> Expr | float:
         """Of a constant resistor [S]; with `ac` another one to small signals."""
         g = self.number("m", 1.0) / self.quantity(ctx)
         if not self.params.get("ac"):
@@ -114,7 +112,7 @@ class Resistor(Passive):
         small = g * self.nominal(ctx) / self.number("ac")
         return g + (small - g) * ctx.small_signals()
 
-    def flow(self, ctx: Context) -> Expr:
+    def flow(self, ctx: Circuit) -> Expr:
         m = self.number("m", 1.0)
         if not isinstance(self.value, Node):
             return self.between(ctx) * self._conductance(ctx)

@@ -9,8 +9,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
-    from ..assemble.context import Context
+    from .contract import Circuit, Expr
     from .net import Net
 
 
@@ -35,7 +34,7 @@ class VoltageSwitch(Switch):
     def take_control(self, ch: list[Any]) -> list[Any]:
         return self.take_nodes(ch, 4)
 
-    def control(self, ctx: Context) -> Expr:
+    def control(self, ctx: Circuit) -> Expr:
         return ctx.v(self.nodes[2], self.nodes[3])
 
     def control_formula(self, net: Net) -> str:

@@ -21,11 +21,9 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
-    from ..assemble.context import Context
-    from ..build_elements import ElementCards
     from ..deck import Model
     from ..source import Line
+    from .contract import Cards, Circuit, Expr
     from .net import Net
 
 
@@ -37,7 +35,7 @@ class Switch(Element):
     knows_on_at_rest: bool
     jumps = 11
 
-    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+    def read(self, cards: Cards, rule: str, ch: list[Any], line: Line) -> None:
         rest = self.take_control(ch)
         self.model_name, self.model_span = rest[0].lower(), line.span(rest[0])
         self.extra["initial"] = None
@@ -50,16 +48,16 @@ class Switch(Element):
         """What controls it, into `nodes` or `extra`; returns what follows."""
         raise NotImplementedError
 
-    def control(self, ctx: Context) -> Expr:
+    def control(self, ctx: Circuit) -> Expr:
         raise NotImplementedError
 
-    def flow(self, ctx: Context) -> Expr:
+    def flow(self, ctx: Circuit) -> Expr:
         return self.conductance(ctx) * self.between(ctx)
 
-    def noise(self, ctx: Context) -> list[tuple[str, Expr | float, float]]:
+    def noise(self, ctx: Circuit) -> list[tuple[str, Expr | float, float]]:
         return [("", self.thermal(ctx, self.conductance(ctx)), 0.0)]
 
-    def conductance(self, ctx: Context) -> Expr:
+    def conductance(self, ctx: Circuit) -> Expr:
         assert self.model is not None
         p = {key: value for key, value in self.model.params.items() if isinstance(value, (int, float))}
         unit = self.unit_letter
@@ -88,7 +86,7 @@ class Switch(Element):
         off = 1.0 / roff if roff else ctx.gmin
         return ctx.b.select(ctx.flags[self.name], ctx.b.const(on), ctx.b.const(off))
 
-    def closed(self, ctx: Context) -> Expr:
+    def closed(self, ctx: Circuit) -> Expr:
         """More than a half where it is closed."""
         if self.is_smooth and self.model is not None:
             on, off, _, _ = self.turns(self.model.params)
@@ -111,7 +109,7 @@ class Switch(Element):
     def model_for_ngspice(self) -> Model | None:
         return None if self.is_smooth else self.model
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         if not self.is_smooth or self.model is None:
             return
@@ -142,14 +140,14 @@ class Switch(Element):
             p.get(unit + "on", self.smooth_on), p.get(unit + "off", 0.0), p.get("ron", 1.0), p.get("roff", 1e6)
         )  # fmt: skip
 
-    def smooth_conductance(self, ctx: Context, p: dict[str, Any]) -> Expr:
+    def smooth_conductance(self, ctx: Circuit, p: dict[str, Any]) -> Expr:
         on, off, ron, roff = self.turns(p)
         control = self.control_by_hand(ctx, on, off)
         x = ctx.clamp((control - 0.5 * (on + off)) / (on - off), -0.5, 0.5)
         middle, span = 0.5 * math.log(ron * roff), math.log(ron / roff)
         return ctx.b.call("exp", -middle - span * (1.5 * x - 2.0 * x * x * x))
 
-    def control_by_hand(self, ctx: Context, on: float, off: float) -> Expr:
+    def control_by_hand(self, ctx: Circuit, on: float, off: float) -> Expr:
         return ctx.by_hand(self.name, self.control(ctx), 1.0 if on > off else -1.0)
 
     def control_formula(self, net: Net) -> str:

@@ -13,9 +13,7 @@ from .base import Element, Param, Path, named
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .._engine import Expr
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
+    from .contract import Accounts, Circuit, Expr
     from .net import Net
 
 QUARTER = 0.25  # nl where f is given alone
@@ -47,7 +45,7 @@ class Line(Element):
         f = self.number("f")
         return self.number("nl", QUARTER) / f if f else 0.0
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         if not self.impedance > 0.0:
             ctx.sink.error("E281", f"`{self.name}` has no z0=, which must be positive", self.span, self.hint)
@@ -67,14 +65,14 @@ class Line(Element):
         values = [float(v) for v in (given if isinstance(given, (tuple, list)) else [given])]
         return [*values, *[0.0] * (4 - len(values))]
 
-    def current(self, ctx: Context, terminal: int = 0) -> Expr:
+    def current(self, ctx: Circuit, terminal: int = 0) -> Expr:
         i = ctx.b.x(ctx.branches[f"{self.name}#i{1 + terminal // 2}"])
         return -i if terminal % 2 else i
 
-    def flow(self, ctx: Context) -> Expr:
+    def flow(self, ctx: Circuit) -> Expr:
         return self.current(ctx)
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         z0, td, ic = self.impedance, self.delay, self._initial()
         if not (z0 > 0.0 and td > 0.0):
             return
@@ -107,7 +105,7 @@ class Line(Element):
             by |= {"f": [-nl / f**2 * d for d in by_td], "nl": [d / f for d in by_td]}
         return {key: (first, second) for key, (first, second) in by.items()}
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         """What it holds is on its way: it takes at one end and gives later at the other."""
         one, two = (ctx.v(self.nodes[k], self.nodes[k + 1]) * self.current(ctx, k) for k in (0, 2))
         book.supplies(self, -(one + two))

@@ -46,8 +46,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from .._engine import Expr
-    from ..assemble.context import Context
+    from .contract import Circuit, Expr
 
     Pair = tuple[Expr, Expr]
 
@@ -137,7 +136,7 @@ class Telegraph:
         return max(1, math.ceil(self.loss / LOSS)) if self.l > 0.0 else 1
 
     def rows(
-        self, ctx: Context, name: str, v: Pair, i: Pair, initial: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
+        self, ctx: Circuit, name: str, v: Pair, i: Pair, initial: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
     ) -> Pair:
         """What is zero [A], for a row each of the currents i into the first terminals; v between the terminals of either end;
         initial: v1, i1, v2, i2 before a start from given values."""
@@ -156,7 +155,7 @@ class Telegraph:
         along = (2.0 / self.r) * opposite
         return sums[0] + sums[1] + along - i[0], sums[0] - sums[1] - along - i[1]
 
-    def _fractions(self, ctx: Context, name: str, x: Expr, at: float, first: int) -> Expr:
+    def _fractions(self, ctx: Circuit, name: str, x: Expr, at: float, first: int) -> Expr:
         """The sum over k = first, first + 2, .. for the voltage x, `at` before the start."""
         b, total = ctx.b, None
         for j, (k, weight) in enumerate(stretches(first)):
@@ -171,7 +170,7 @@ class Telegraph:
         assert total is not None
         return total
 
-    def _late(self, ctx: Context, name: str, v: Pair, i: Pair, initial: Sequence[float]) -> Pair:
+    def _late(self, ctx: Circuit, name: str, v: Pair, i: Pair, initial: Sequence[float]) -> Pair:
         """Equal pieces in a row; between two of them a voltage, and the current into the end of the first."""
         b, pieces = ctx.b, self.pieces
         piece = Piece(self.r / pieces, self.l / pieces, self.g / pieces, self.c / pieces)
@@ -222,7 +221,7 @@ class Piece:
         self.odd = series(d * j0 + y * bend)
         self.past = (0.5 * basis @ (weights * np.exp(-0.5 * self.m * (1.0 + y)))).tolist()  # q_j of 1
 
-    def rows(self, ctx: Context, name: str, v: Pair, i: Pair, initial: Sequence[float]) -> Pair:
+    def rows(self, ctx: Circuit, name: str, v: Pair, i: Pair, initial: Sequence[float]) -> Pair:
         y = self.y
         v1, i1, v2, i2 = initial
         terms = [
@@ -234,7 +233,7 @@ class Piece:
         ]  # fmt: skip
         return terms[0] - terms[1], terms[2] - terms[3]
 
-    def _seen(self, ctx: Context, name: str, x: Expr, at: float, sign: float, kernel: list[float]) -> Expr:
+    def _seen(self, ctx: Circuit, name: str, x: Expr, at: float, sign: float, kernel: list[float]) -> Expr:
         """x + sign exp(-m T) x(now - T) + 1/T int kernel exp(-m t) x(now - t) dt."""
         b, m, left = ctx.b, self.m, self.left * ctx.delay(x, self.delay, name, at)
         found = x + sign * left

@@ -23,10 +23,9 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from .._engine import Expr
-    from ..assemble.context import Context
     from ..diagnostics import Span
     from ..expr import Node
+    from .contract import Circuit, Expr
 
     Coefficients = list[float]  # of powers of s, the lowest first
 
@@ -220,7 +219,7 @@ def value(node: Node, s: complex) -> complex:
 
 
 def chain(
-    ctx: Context,
+    ctx: Circuit,
     name: str,
     u: Expr,
     below: Sequence[float],
@@ -245,7 +244,7 @@ def chain(
     return z
 
 
-def output(ctx: Context, name: str, u: Expr, h: Rational) -> Expr:
+def output(ctx: Circuit, name: str, u: Expr, h: Rational) -> Expr:
     """H u of a rational H without negative delays."""
     h = h.reduced()
     n, total = len(h.below) - 1, ctx.b.const(0.0)
@@ -326,7 +325,7 @@ class OfTable(Response):
         return found if s.imag >= 0.0 else found.conjugate()
 
 
-def laplace(ctx: Context, name: str, u: Expr, h: Node, where: Span | None) -> Expr:
+def laplace(ctx: Circuit, name: str, u: Expr, h: Node, where: Span | None) -> Expr:
     """H u of an expression of s; 0 with an error where it is none."""
     try:
         found = rational(h).reduced()
@@ -357,7 +356,7 @@ def laplace(ctx: Context, name: str, u: Expr, h: Node, where: Span | None) -> Ex
 
 
 def table(
-    ctx: Context,
+    ctx: Circuit,
     name: str,
     u: Expr,
     numbers: Sequence[float],
@@ -392,7 +391,7 @@ def table(
     return _response(ctx, name, u, OfTable(rows, delay), where)
 
 
-def _response(ctx: Context, name: str, u: Expr, of: Response, where: Span | None) -> Expr:
+def _response(ctx: Circuit, name: str, u: Expr, of: Response, where: Span | None) -> Expr:
     """An unknown that is H times another, which is u; H(0) at operating points."""
     b, (still, turned) = ctx.b, of(0.0, 0.0)
     if not math.isfinite(still + turned):

@@ -12,9 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from typing import Any
 
-    from .._engine import Expr
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
+    from .contract import Accounts, Circuit, Expr
     from .net import Net
 
 FEWEST = 3  # lumps
@@ -40,7 +38,7 @@ class RcLine(Element):
         rsperl=Param("series resistance of these diodes", "Ohm/m"),
     )  # fmt: skip
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         assert self.model is not None
         if "isperl" in self.model.params:
@@ -74,7 +72,7 @@ class RcLine(Element):
     def paths(self) -> tuple[Path, ...]:
         return ((0, 1, "conducts"), (0, 2, "blocks"))
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         lumps = list(self.lumps())
         low, high, ground = map(ctx.node, self.nodes)
         parts: list[tuple[str, float, int, int]] = []
@@ -90,23 +88,23 @@ class RcLine(Element):
             (ctx.b.capacitance if word[0] == "c" else ctx.b.conductance)(p, n, value)
         self.extra["parts"] = parts
 
-    def _across(self, ctx: Context, p: int, n: int) -> Expr:
+    def _across(self, ctx: Circuit, p: int, n: int) -> Expr:
         plus, minus = (ctx.b.x(k) if k >= 0 else ctx.b.const(0.0) for k in (p, n))
         return plus - minus
 
-    def current(self, ctx: Context, terminal: int = 0) -> Expr:
+    def current(self, ctx: Circuit, terminal: int = 0) -> Expr:
         (_, g, p, n), (_, far_g, far_p, far_n) = self.extra["parts"][:2]
         one, two = g * self._across(ctx, p, n), far_g * self._across(ctx, far_p, far_n)
         return (one, two, -(one + two))[min(terminal, 2)]
 
-    def flow(self, ctx: Context) -> Expr:
+    def flow(self, ctx: Circuit) -> Expr:
         return self.current(ctx)
 
-    def noise(self, ctx: Context) -> list[Any]:
+    def noise(self, ctx: Circuit) -> list[Any]:
         parts = self.extra["parts"]
         return [(word, self.thermal(ctx, g), 0.0, (p, n)) for word, g, p, n in parts if word[0] == "r"]
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         for word, value, p, n in self.extra["parts"]:
             square = self._across(ctx, p, n) * self._across(ctx, p, n)
             if word[0] == "c":

@@ -7,8 +7,7 @@ from .independent import DISTORTION, Independent
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from ..assemble.accounts import Accounts
-    from ..assemble.context import Context
+    from .contract import Accounts, Circuit
 
 ROUNDING = 1e-15  # sin(pi) is not quite 0
 
@@ -41,23 +40,23 @@ class VoltageSource(Independent):
     def paths(self) -> tuple[Path, ...]:
         return VOLTAGE
 
-    def imposes(self, ctx: Context) -> bool:
+    def imposes(self, ctx: Circuit) -> bool:
         return abs(ctx.value_at_start(self)) > ROUNDING * self._amplitude()
 
     def _amplitude(self) -> float:
         return max((abs(float(a)) for a in self.wave.args), default=0.0) if self.wave is not None else 0.0
 
-    def contribute(self, ctx: Context) -> None:
+    def contribute(self, ctx: Circuit) -> None:
         br = self.join_voltage(ctx)
         ctx.b.f_wave(br, ctx.wave(self), -1.0)
         if "portnum" in self.params:
             ctx.b.g(br, br, -self.number("z0"))
 
-    def check(self, ctx: Context) -> None:
+    def check(self, ctx: Circuit) -> None:
         super().check(ctx)
         if {"pwr", "freq", "phase"} & set(self.params) and any(a.kind == "tran" for a in ctx.flat.analyses):
             said = f"`{self.name}`: the wave that pwr= and freq= of a port ask for is not supported in a transient"
             ctx.sink.error("E113", said, self.span, "write SIN(0 sqrt(4*pwr*z0) freq 0 0 90)")
 
-    def account(self, ctx: Context, book: Accounts) -> None:
+    def account(self, ctx: Circuit, book: Accounts) -> None:
         book.supplies(self, -(self.between(ctx) * self.flow(ctx)))

@@ -10,9 +10,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
-    from ..assemble.context import Context
-    from ..elaborate.bind import Level
+    from .contract import Circuit, Expr, Level
     from .net import Net
 
 
@@ -41,7 +39,7 @@ class CurrentSwitch(Switch):
     def bind(self, level: Level) -> None:
         self.extra["controls"] = [level.prefix + name for name in self.extra["controls"]]
 
-    def control(self, ctx: Context) -> Expr:
+    def control(self, ctx: Circuit) -> Expr:
         return sum_of(ctx, [(current_of(ctx, self, self.extra["controls"][0]), 1.0)])
 
     def control_formula(self, net: Net) -> str:

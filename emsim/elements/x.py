@@ -10,8 +10,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from ..build_elements import ElementCards
     from ..source import Line
+    from .contract import Cards
 
 
 class Use(Element):
@@ -23,7 +23,7 @@ class Use(Element):
     terminals = ()
 
     @classmethod
-    def of_line(cls, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> Instance:
+    def of_line(cls, cards: Cards, rule: str, ch: list[Any], line: Line) -> Instance:
         refs: list[Ref] = []
         params: dict[str, Any] = {}
         for item in ch[1:]:

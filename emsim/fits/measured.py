@@ -149,7 +149,8 @@ class Measures:
 
 
 def _table(assembly: Assembly, analysis: Slopes, tran: Tran, data: list[np.ndarray]) -> Any:
-    from ..result import Columns, Table
+    from ..store import Columns
+    from ..table import Table
 
     outputs = assembly.outputs[analysis]
     names, units = ["time", *(o.name for o in outputs)], ["s", *(o.unit for o in outputs)]

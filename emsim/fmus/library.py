@@ -48,9 +48,9 @@ def _contents(paths: Sequence[str]) -> Iterator[tuple[str, bytes]]:
         except OSError as error:
             _refuse(f"cannot read the library {path}: {error.strerror}")
     if not paths:
-        from .. import _engine
+        from .._engine import __file__ as own
 
-        path = str(_engine.__file__)
+        path = str(own)
         with open(path, "rb") as file:
             data = file.read()
         if data[:4] != b"\x7fELF":

@@ -34,8 +34,9 @@ if TYPE_CHECKING:
     from ..deck import Measure
     from ..elements import Element
     from ..expr import Node
-    from ..result import Result, Table
+    from ..result import Result
     from ..source import Source
+    from ..table import Table
 
 LETTERS = "rclvi"
 

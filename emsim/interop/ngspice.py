@@ -16,8 +16,11 @@ import tempfile
 import time
 
 from ..diagnostics import Diagnostic, OutsideError
+from ..outcome import Outcome
 from ..outputs import raw
-from ..result import Columns, Result, Table
+from ..result import Result
+from ..store import Columns
+from ..table import Table
 from .child import Child
 from .spice_deck import cards, code_models, first_word, flattened, passes
 
@@ -122,7 +125,7 @@ def last_words(log: str) -> str:
     return "; ".join(dict.fromkeys(telling[:3] or lines[-1:])) or "no output"
 
 
-def named_alike(result: Result) -> Result:
+def named_alike(result: Outcome) -> Result:
     """ngspice's names as emsim spells them: the current of x1.v1 is `i(v.x1.v1)` there, `i(x1.v1)` here; so are columns of
     noise, `v(onoise_total_r.x1.r1)`, of what devices say, `i(@q.x1.q1[ic])`, and of poles, `v(pole(1))`, which have another
     order. Without inoise_total and its parts: ngspice integrates them with the slope of the noise at the output."""

@@ -22,7 +22,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..result import Table
+    from ..table import Table
 
 WORTH = 0.06  # CPU seconds that the repeated runs of one measurement take together
 MOST = 40  # runs in one process

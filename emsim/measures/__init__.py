@@ -6,20 +6,11 @@ whatever else has a table and cards (`build.parse_measure` reads one that stands
 
 from __future__ import annotations
 
+from . import window
 from .base import Kind, Measured, NotFound
 from .param import Param
 from .trigger import Trigger
 from .when import Deriv, Find, When
-from .window import (
-    Average,
-    Integral,
-    Maximum,
-    Minimum,
-    PeakToPeak,
-    PlaceOfMaximum,
-    PlaceOfMinimum,
-    Rms,
-)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -28,15 +19,13 @@ if TYPE_CHECKING:
     from ..deck import Measure as Card
     from ..diagnostics import Diagnostic, Sink
     from ..expr import Node
-    from ..result import Table
+    from ..table import Table
     from .fourier import Spectrum
     from .points import Points
 
 __all__ = ["KINDS", "Kind", "Measured", "NotFound", "check", "find", "harmonics", "measure"]
 
-KINDS: tuple[type[Kind], ...] = (
-    Trigger, When, Find, Deriv, Average, Rms, Minimum, Maximum, PeakToPeak, Integral, PlaceOfMinimum, PlaceOfMaximum, Param,
-)  # fmt: skip
+KINDS: tuple[type[Kind], ...] = (Trigger, When, Find, Deriv, *window.KINDS, Param)
 
 
 def find(card: Card) -> Kind:

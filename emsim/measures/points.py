@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from ..diagnostics import Span
     from ..expr import Node
-    from ..result import Table
+    from ..table import Table
 
 DEGREE = 4  # between two points of a table
 

@@ -131,3 +131,6 @@ class PlaceOfMinimum(PlaceOfMaximum):
     form = ".meas tran name min_at v(a) from=0 to=1m"
     meaning = "where the smallest value is"
     sign = -1.0
+
+
+KINDS = (Average, Rms, Minimum, Maximum, PeakToPeak, Integral, PlaceOfMinimum, PlaceOfMaximum)

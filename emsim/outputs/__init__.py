@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..diagnostics import OutsideError
-    from ..result import Result
+    from ..outcome import Outcome
 
 FORMATS = {
     ".raw": "raw",
@@ -24,7 +24,7 @@ FORMATS = {
 READERS = {extension: name for extension, name in FORMATS.items() if name not in ("text", "html")}
 
 
-def save(result: Result, path: str | PathLike[str], **options: Any) -> None:
+def save(result: Outcome, path: str | PathLike[str], **options: Any) -> None:
     """Writes in the format of the path's extension. ValueError for an extension that has no writer,
     OutsideError where the file cannot be written."""
     path = fspath(path)
@@ -43,7 +43,7 @@ def save(result: Result, path: str | PathLike[str], **options: Any) -> None:
         raise OutsideError(Diagnostic("error", "E503", f"cannot write {path}: {why}")) from None
 
 
-def load(path: str | PathLike[str]) -> Result:
+def load(path: str | PathLike[str]) -> Outcome:
     """Reads a file in the format of its extension. ValueError for an extension that has no reader, OutsideError
     where the file cannot be read or is something else."""
     path = fspath(path)
@@ -55,7 +55,7 @@ def load(path: str | PathLike[str]) -> Result:
     from ..diagnostics import Diagnostic, OutsideError
 
     try:
-        result: Result = import_module("." + READERS[extension], __name__).read(path)
+        result: Outcome = import_module("." + READERS[extension], __name__).read(path)
     except OSError as error:
         said = f"cannot read {path}: {error.strerror or error}"
         raise OutsideError(Diagnostic("error", "E500", said)) from None

@@ -8,7 +8,8 @@ files and those of other programs.
 from __future__ import annotations
 
 from ..diagnostics import inert
-from ..result import Result, Table, is_axis, kind_of
+from ..outcome import Outcome
+from ..table import Table, is_axis, kind_of
 from .beside import replacing
 
 TYPE_CHECKING = False
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
-def write(path: str, result: Result, units: bool = False) -> None:
+def write(path: str, result: Outcome, units: bool = False) -> None:
     """Writes the main table. OSError as open() and write() raise it."""
     with replacing(path) as beside, open(beside, "w", encoding="utf-8", newline="") as file:
         for line in lines(result.main, units):
@@ -37,14 +38,15 @@ def _field(text: str) -> str:
     return '"' + text.replace('"', '""') + '"' if "," in text or '"' in text else text
 
 
-def read(path: str) -> Result:
+def read(path: str) -> Outcome:
     """A line of names, perhaps a line of units, then numbers. OSError; ValueError where the file is something else.
 
     Without a line of units time, v(...) and i(...) get the ones that they always have."""
     import csv
     from array import array
 
-    from ..result import Table, paired
+    from ..store import paired
+    from ..table import Table
 
     with open(path, encoding="utf-8-sig", newline="") as file:
         rows = csv.reader(file, skipinitialspace=True)
@@ -72,7 +74,7 @@ def read(path: str) -> Result:
     names, units, store = paired(
         names, units or list(map(_usual_unit, names)), [c.tobytes() for c in columns]
     )
-    return Result("", [Table(kind_of(names), names, units, store, axis=is_axis(names[0]))])
+    return Outcome("", [Table(kind_of(names), names, units, store, axis=is_axis(names[0]))])
 
 
 def _usual_unit(name: str) -> str:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from typing import Any
 
-    from ..result import Table
+    from ..table import Table
     from .glyphs.contract import Point
 
 COLOURS = {

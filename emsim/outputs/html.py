@@ -33,7 +33,9 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..diagnostics import Diagnostic
-    from ..result import Result, Scene, Table
+    from ..outcome import Outcome
+    from ..store import Scene
+    from ..table import Table
 
 FRAMES = 1500
 LEAST = 60  # ... of which a run of several has this many at least
@@ -78,7 +80,7 @@ ENDS = {"failed": "failed", "interrupted": "was interrupted"}
 
 def write(
     path: str,
-    result: Result,
+    result: Outcome,
     deck: str = "",
     sheets: Iterable[Sheet] = (),
     engine: dict[str, Any] | None = None,
@@ -113,7 +115,7 @@ def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence
 
 
 def document(
-    result: Result, deck: str = "", sheets: Iterable[Sheet] = (), most: float = inf
+    result: Outcome, deck: str = "", sheets: Iterable[Sheet] = (), most: float = inf
 ) -> dict[str, Any]:
     """The run as the page's scripts take it; `most`: characters of its columns, thinned where they would take more."""
     table = result.main
@@ -135,7 +137,7 @@ def document(
     return {**run, **_plot(result, table, room)}
 
 
-def _plot(result: Result, table: Table, most: float) -> dict[str, Any]:
+def _plot(result: Outcome, table: Table, most: float) -> dict[str, Any]:
     """One analysis: what it is, and its columns or its one point."""
     run: dict[str, Any] = {
         "kind": table.kind, "facts": _facts(table),
@@ -341,7 +343,7 @@ def _facts(table: Table) -> str:
     return " \u00b7 ".join(parts)
 
 
-def shown(result: Result, table: Table) -> list[str]:
+def shown(result: Outcome, table: Table) -> list[str]:
     """What .print asks for; else the machine's coordinates and forces and the voltages that move."""
     printed = [n for kind, names in result.prints if kind == table.kind for n in names if n in table.signals]
     if printed:
@@ -359,7 +361,7 @@ def shown(result: Result, table: Table) -> list[str]:
     return sorted(moving, key=rank)[:SHOWN] or table.signals[:SHOWN]
 
 
-def _numbers(result: Result) -> list[Sheet]:
+def _numbers(result: Outcome) -> list[Sheet]:
     """What .meas and .four found."""
     found: list[Sheet] = []
     if result.measured:

@@ -9,7 +9,8 @@ NetCDF does not allow, is stored with a division slash in its place and in full 
 
 from __future__ import annotations
 
-from ..result import kind_of, paired, plotname_of
+from ..store import paired
+from ..table import kind_of, plotname_of
 from . import missing_package
 from .beside import replacing
 
@@ -17,7 +18,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from ..result import Result, Table
+    from ..outcome import Outcome
+    from ..table import Table
 
 SLASH = "\N{DIVISION SLASH}"
 
@@ -31,7 +33,7 @@ def _h5netcdf() -> Any:
     return h5netcdf
 
 
-def write(path: str, result: Result) -> None:
+def write(path: str, result: Outcome) -> None:
     """Writes every table. OSError where the file cannot be written."""
     h5netcdf = _h5netcdf()
     # the file is there before the library, whose own errors have no errno
@@ -67,9 +69,9 @@ def _write_table(group: Any, table: Table, place: int) -> None:
             variable.attrs["long_name"] = name
 
 
-def read(path: str) -> Result:
+def read(path: str) -> Outcome:
     """Variables along one dimension, of the root and of the groups under it. OSError, ValueError."""
-    from ..result import Result
+    from ..outcome import Outcome
 
     h5netcdf = _h5netcdf()
     with open(path, "rb") as file:
@@ -85,11 +87,11 @@ def read(path: str) -> Result:
     if not found:
         raise ValueError(f"{path}: no variables along one dimension")
     tables = [table for _, table in sorted(found, key=lambda pair: pair[0])]
-    return Result(tables[0].title, tables)
+    return Outcome(tables[0].title, tables)
 
 
 def _read_table(group: Any) -> tuple[int, Table] | None:
-    from ..result import Table
+    from ..table import Table
 
     lines = {
         name: v for name, v in group.variables.items() if len(v.dimensions) == 1 and v.dtype.kind in "fiu"

@@ -12,24 +12,24 @@ from html import escape
 
 import numpy as np
 
-from ..result import Columns, Result, Scene, Table
+from .. import tabular
+from ..outcome import Outcome
+from ..store import Columns, Scene
+from ..table import Table
 from . import html
-from .panels import prefixed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    pass
 
 CELLS = 200_000  # values that a page in a notebook holds at most
-LISTED = 12  # signals that are listed at once; the rest is unfolded
 HEIGHT = 640  # of the page [px]
-STYLE = "font-variant-numeric: tabular-nums; border-collapse: collapse;"
 
 
-def result(found: Result) -> str:
+def result(found: Outcome) -> str:
     """Title, table and page."""
     parts = [f"<div><b>{escape(found.title or 'emsim')}</b></div>"]
-    parts += [table(t) for t in found.plots] or ["<div>nothing ran</div>"]
+    parts += [tabular.table(t) for t in found.plots] or ["<div>nothing ran</div>"]
     if said := [d for d in found.diagnostics if d.severity != "note"]:
         from ..diagnostics import render_text
 
@@ -49,65 +49,7 @@ def result(found: Result) -> str:
     return "\n".join(parts)
 
 
-def table(t: Table) -> str:
-    """One line a signal: smallest, largest and last value; of a single point its value."""
-    points = "1 point" if len(t) == 1 else f"{len(t)} points"
-    head = f"{escape(t.plotname)}: {points}" + ("" if t.status == "ok" else f" <b>({t.status})</b>")
-    if not len(t):
-        return f"<div>{head}</div>"
-    rows = []
-    for name, unit in zip(t.names, t.units, strict=True):
-        column = t.column(name)
-        if column.dtype.kind == "c":
-            name, column = f"|{name}|", np.abs(column)
-        values = [column[-1]] if len(t) == 1 else [np.min(column), np.max(column), column[-1]]
-        largest = max((abs(v) for v in values if np.isfinite(v)), default=0.0)
-        factor, unit = prefixed(unit, largest)
-        # rounding noise is nothing
-        rows.append(
-            [name, *(f"{factor * v if not abs(v) < 1e-9 * largest else 0.0:.5g}" for v in values), unit]
-        )
-    titles = ["signal", "value" if len(t) == 1 else "min", *(() if len(t) == 1 else ("max", "last")), "unit"]
-    shown = _rows(titles, rows[:LISTED])
-    if len(rows) > LISTED:
-        shown += (
-            f"<details><summary>{len(rows) - LISTED} more</summary>{_rows(titles, rows[LISTED:])}</details>"
-        )
-    return f"<div>{head}</div>{shown}"
-
-
-def unknowns(
-    names: Sequence[str], kinds: Sequence[str], units: Sequence[str], algebraic: Iterable[bool]
-) -> str:
-    """The equations of a deck: one line an unknown and its row."""
-    rows = [
-        [name, kind, unit, "F = 0" if plain else "dQ/dt + F = 0"]
-        for name, kind, unit, plain in zip(names, kinds, units, algebraic, strict=True)
-    ]
-    shown = _rows(["unknown", "kind", "unit", "row"], rows[:LISTED])
-    if len(rows) > LISTED:
-        more = _rows(["unknown", "kind", "unit", "row"], rows[LISTED:])
-        shown += f"<details><summary>{len(rows) - LISTED} more</summary>{more}</details>"
-    return f"<div><b>{len(rows)} equations</b> d/dt Q(x, t) + F(x, t) = 0</div>{shown}"
-
-
-def _rows(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table; what begins with a letter stands at the left, numbers at the right."""
-
-    def cells(tag: str, row: Sequence[str]) -> str:
-        number = [text[:1] in "-0123456789" for text in (rows or [titles])[0]]
-        return "".join(
-            f'<{tag} style="text-align: {"right" if number[k] and k else "left"}; padding: 0 0.8em 0 0">{escape(text)}</{tag}>'
-            for k, text in enumerate(row)
-        )
-
-    body = "".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
-    return (
-        f'<table style="{STYLE}"><thead><tr>{cells("th", titles)}</tr></thead><tbody>{body}</tbody></table>'
-    )
-
-
-def thinned(found: Result, cells: int = CELLS) -> Result:
+def thinned(found: Outcome, cells: int = CELLS) -> Outcome:
     """A result whose main table has no more than so many values; the same where it has no more."""
     t = found.main
     most = max(cells // max(1, len(t.names)), 200)
@@ -142,4 +84,4 @@ def thinned(found: Result, cells: int = CELLS) -> Result:
         t.kind, t.names, t.units, cut(t.waves, len(t.names)), title=t.title, axis=t.axis, steps=t.steps, grid=t.grid,  # type: ignore[arg-type]
         stats=t.stats, status=t.status, plotname=t.plotname, scene=scene, energy=t.energy, circuit=circuit,
     )  # fmt: skip
-    return Result(found.title, [main], found.diagnostics, found.prints, found.deck)
+    return Outcome(found.title, [main], found.diagnostics, found.prints, found.deck)

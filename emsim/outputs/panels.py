@@ -10,8 +10,6 @@ show, because it is infinite or dwarfs all else, is said. Drawn by picture.py an
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..build import parse_signals
@@ -19,6 +17,7 @@ from ..diagnostics import DeckError, deck_error
 from ..expr import Call, Name, to_text
 from ..interpolate import cubic_many
 from ..signals import FUNCTIONS, evaluate
+from ..tabular import prefixed
 from .raw import TYPES
 
 TYPE_CHECKING = False
@@ -27,12 +26,11 @@ if TYPE_CHECKING:
 
     from ..deck import Probe
     from ..expr import Node
-    from ..result import Result, Table
+    from ..outcome import Outcome
+    from ..table import Table
 
 FAR = 1e6  # times the distance of all else from the middle: such rows are off the scale
 FINE = 1500  # points that a curve has at least: between computed points it is not straight
-PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-UNSCALED = ("", "rad", "deg", "rpm", "C", "dB")
 QUANTITIES = {
     **{unit: word.replace("_", " ") for unit, word in TYPES.items() if unit},
     "deg": "angle",
@@ -139,7 +137,7 @@ def panels(
 
 
 def of_result(
-    result: Result,
+    result: Outcome,
     asked: Sequence[Probe],
     degrees: bool = False,
     start: float | None = None,
@@ -213,15 +211,6 @@ def writes_degrees(deck: str) -> bool:
     import re
 
     return re.search(r"\d(deg)\b", deck, re.I) is not None
-
-
-def prefixed(unit: str, largest: float) -> tuple[float, str]:
-    """(factor, unit) by which numbers of up to this size are short: 0.02 A -> (1000, "mA")."""
-    if unit in UNSCALED or unit.startswith(("rad", "deg")) or not 0 < largest < math.inf:
-        return 1.0, unit
-    power = 3 * math.floor(math.log10(largest * 1.0000001) / 3)
-    power = min(max(power, -15), 0 if unit == "s" else 9)
-    return 10.0**-power, PREFIXES[power] + unit
 
 
 def is_flat(low: float, high: float) -> bool:

@@ -7,7 +7,8 @@ with units where the metadata has them.
 
 from __future__ import annotations
 
-from ..result import is_axis, kind_of, paired, plotname_of
+from ..store import paired
+from ..table import is_axis, kind_of, plotname_of
 from . import missing_package
 from .beside import replacing
 
@@ -15,7 +16,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from ..result import Result
+    from ..outcome import Outcome
 
 KEYS = ("title", "analysis", "plotname", "axis", "steps", "status")
 
@@ -29,7 +30,7 @@ def _pyarrow() -> tuple[Any, Any]:
     return pyarrow, pyarrow.parquet
 
 
-def write(path: str, result: Result) -> None:
+def write(path: str, result: Outcome) -> None:
     """Writes the main table. OSError as open() and write() raise it."""
     pa, pq = _pyarrow()
     table = result.main
@@ -57,9 +58,10 @@ def write(path: str, result: Result) -> None:
         pq.write_table(pa.Table.from_arrays(columns, schema=pa.schema(fields, metadata=about)), beside)
 
 
-def read(path: str) -> Result:
+def read(path: str) -> Outcome:
     """OSError where the file cannot be opened, ValueError where it is no Parquet file or holds no numbers."""
-    from ..result import Result, Table
+    from ..outcome import Outcome
+    from ..table import Table
 
     pa, pq = _pyarrow()
     with open(path, "rb") as file:  # pyarrow's own errors name no file
@@ -92,4 +94,4 @@ def read(path: str) -> Result:
         kind, names, units, store, title=about.get("title", ""), axis=axis, steps=steps,
         plotname=about.get("plotname", plotname_of(kind)), status=about.get("status", "ok"),
     )  # fmt: skip
-    return Result(table.title, [table])
+    return Outcome(table.title, [table])

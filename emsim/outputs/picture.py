@@ -9,9 +9,10 @@ from itertools import cycle
 
 import numpy as np
 
+from ..tabular import prefixed
 from . import missing_package
 from .beside import replacing
-from .panels import is_flat, prefixed, thinned
+from .panels import is_flat, thinned
 
 try:
     from matplotlib import rc_context

@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import IO
 
-    from ..result import Result, Table, Waves
+    from ..outcome import Outcome
+    from ..store import Waves
+    from ..table import Table
 
 TYPES = {
     "s": "time", "V": "voltage", "A": "current", "Hz": "frequency",
@@ -107,7 +109,7 @@ class Stream:
             raise OSError(f"{said}; {self.partial} holds the first {rows} of {len(table)} rows")
         return True
 
-    def replaces(self, result: Result) -> bool:
+    def replaces(self, result: Outcome) -> bool:
         """Puts the file in the place of `path`, if it has come to hold the whole result. OSError."""
         plots = result.plots
         if not self.begun or self.tables != len(plots) - 1 or not self._finish(plots[-1]):
@@ -124,7 +126,7 @@ class Stream:
             self.begun = False
 
 
-def write(path: str, result: Result, ascii: bool = False, stream: Stream | None = None) -> None:
+def write(path: str, result: Outcome, ascii: bool = False, stream: Stream | None = None) -> None:
     """Writes every table of a result; those of the engine by the engine's own writer, without a copy. `stream`: the file that
     the run has begun.
 
@@ -159,7 +161,7 @@ def _date() -> str:
 
 
 def _command() -> str:
-    from .. import __version__
+    from .._engine import __version__
 
     return f"* emsim {__version__} (ngspice raw dialect)"
 
@@ -226,12 +228,12 @@ class RawFileError(ValueError):
     """The file is not a raw file, or ends too early."""
 
 
-def read(path: str) -> Result:
+def read(path: str) -> Outcome:
     """Reads a raw file of ngspice, LTspice or emsim. Binary columns of real numbers stay in the file, which is mapped, until
     they are asked for.
 
     OSError if the file cannot be opened, RawFileError if it cannot be understood."""
-    from ..result import Result
+    from ..outcome import Outcome
 
     with open(path, "rb") as file:
         wide = file.read(2) == b"T\0"
@@ -239,7 +241,7 @@ def read(path: str) -> Result:
         tables = []
         while (header := _header(file, wide, path)) is not None:
             tables.append(_table(file, header, wide, path))
-    return Result(tables[0].title if tables else "", tables)
+    return Outcome(tables[0].title if tables else "", tables)
 
 
 def _line(file: IO[bytes], wide: bool) -> str:
@@ -274,7 +276,7 @@ def _header(file: IO[bytes], wide: bool, path: str) -> dict[str, list[str]] | No
 def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str) -> Table:
     from array import array
 
-    from ..result import Columns
+    from ..store import Columns
 
     try:
         count, points = int(header["no. variables"][0]), int(header["no. points"][0])
@@ -347,7 +349,7 @@ def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str)
 
 
 def _has_axis(names: Sequence[str], types: Sequence[str]) -> bool:
-    from ..result import is_axis
+    from ..table import is_axis
 
     return bool(types) and (
         types[0] in ("time", "frequency") or is_axis(SWEEPS.get(names[0].lower(), names[0]))
@@ -356,7 +358,7 @@ def _has_axis(names: Sequence[str], types: Sequence[str]) -> bool:
 
 def _named(header: dict[str, list[str]], names: list[str], types: list[str], waves: Waves) -> Table:
     from ..analyses import ANALYSES, Axis
-    from ..result import Table
+    from ..table import Table
 
     plotname = header.get("plotname", [""])[0]
     kind = next(

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
     from typing import Any
 
-    from ..result import Table
+    from ..table import Table
 
 SPACING, FASTEST, FAINT = (
     14.0,

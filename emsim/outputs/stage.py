@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from ..result import Table
+    from ..table import Table
     from .glyphs.contract import Place, Point
 
 YAW, PITCH = -0.6, -0.45  # [rad]

@@ -19,7 +19,8 @@ from itertools import groupby
 
 import numpy as np
 
-from .panels import is_flat, off_scale, prefixed, thinned
+from ..tabular import prefixed
+from .panels import is_flat, off_scale, thinned
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -15,20 +15,21 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from ..result import Result, Table
+    from ..outcome import Outcome
+    from ..table import Table
 
 RULE = "-" * 80
 ROWS = 10_000  # that are made text of at a time
 
 
-def write(path: str, result: Result) -> None:
+def write(path: str, result: Outcome) -> None:
     """Writes the .print tables, or all columns of the main table when the deck has none."""
     with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
         for line in lines(result) if result.prints else table_lines(result.main, result.main.signals):
             file.write(inert(line) + "\n")
 
 
-def lines(result: Result, unfinished: int | None = None) -> Iterator[str]:
+def lines(result: Outcome, unfinished: int | None = None) -> Iterator[str]:
     """The .print tables of a result, in the order of the cards; of a run that did not reach its end only the
     last `unfinished` rows, when that is given."""
     for kind, names in result.prints:
@@ -41,7 +42,7 @@ def lines(result: Result, unfinished: int | None = None) -> Iterator[str]:
                     yield from table_lines(table, own, last=None if table.status == "ok" else unfinished)
 
 
-def measured(result: Result) -> Iterator[str]:
+def measured(result: Outcome) -> Iterator[str]:
     """What .meas found, as ngspice -b prints it."""
     before: tuple[str, int] | None = None
     for one in result.measured:
@@ -56,7 +57,7 @@ def measured(result: Result) -> Iterator[str]:
     yield ""
 
 
-def harmonics(result: Result) -> Iterator[str]:
+def harmonics(result: Outcome) -> Iterator[str]:
     """What .four found, as ngspice prints it."""
     for one in result.spectra:
         if one.step < len(result.steps):

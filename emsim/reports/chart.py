@@ -11,17 +11,8 @@ if TYPE_CHECKING:
     from .work_precision import Chart, Point, Series
 
 COLUMNS = (
-    "deck",
-    "group",
-    "tool",
-    "setting",
-    "tolerance",
-    "error",
-    "cpu_seconds",
-    "evaluations",
-    "steps",
-    "reason",
-)
+    "deck", "group", "tool", "setting", "tolerance", "error", "cpu_seconds", "evaluations", "steps", "reason",
+)  # fmt: skip
 
 
 def lines(chart: Chart, points: bool = False) -> Iterator[str]:

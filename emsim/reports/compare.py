@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from ..result import Table
+    from ..table import Table
 
 WINDOW = 1e-6
 FLOORS = {"V": 1e-9, "A": 1e-12}

@@ -64,18 +64,8 @@ class Case:
     """
 
     __slots__ = (
-        "asked",
-        "deck",
-        "defines",
-        "judge",
-        "must",
-        "name",
-        "options",
-        "own",
-        "slow",
-        "steps",
-        "why",
-    )
+        "asked", "deck", "defines", "judge", "must", "name", "options", "own", "slow", "steps", "why",
+    )  # fmt: skip
 
     def __init__(
         self, name: str, deck: str, why: str, asked: str, judge: Callable[[Trial], Verdict],

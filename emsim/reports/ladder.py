@@ -30,7 +30,7 @@ from time import perf_counter, thread_time
 
 from ..analyses import transients
 from ..diagnostics import DeckError, Diagnostic, DiagnosticError, did_you_mean
-from ..result import Table
+from ..table import Table
 from .work_precision import Point, Series, exponent, front, near
 
 TYPE_CHECKING = False

@@ -8,7 +8,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..result import Table
+    from ..table import Table
 
 COLOURS = {"emsim": "#c8553d", "ngspice as written": "#588b8b", "ngspice tight": "#222222"}
 

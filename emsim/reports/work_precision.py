@@ -129,17 +129,8 @@ class Chart:
     """
 
     __slots__ = (
-        "confirmed",
-        "distance",
-        "group",
-        "name",
-        "notes",
-        "reference",
-        "series",
-        "signals",
-        "times",
-        "title",
-    )
+        "confirmed", "distance", "group", "name", "notes", "reference", "series", "signals", "times", "title",
+    )  # fmt: skip
 
     def __init__(self, name: str, title: str, signals: Sequence[str], times: int) -> None:
         self.name, self.title, self.signals, self.times = name, title, list(signals), times

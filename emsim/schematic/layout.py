@@ -14,7 +14,6 @@ from __future__ import annotations
 from itertools import pairwise
 from math import ceil
 
-from .. import _engine
 from .order import Order
 from .symbols import LETTER
 
@@ -157,7 +156,9 @@ class Layout:
             else (2, 20000, 120)
         )
         rounds, moves, polish = effort
-        places, wires, failed, cost = _engine.arrange_diagram(given, ties, own, 1, rounds, moves, polish)
+        from .._engine import arrange_diagram
+
+        places, wires, failed, cost = arrange_diagram(given, ties, own, 1, rounds, moves, polish)
         return places, nets, wires, failed, cost
 
     def _frame(self, group: list[int], found: tuple[Any, ...]) -> Rect:

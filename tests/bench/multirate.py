@@ -25,7 +25,7 @@ import numpy as np
 
 from emsim import pipeline
 from emsim.diagnostics import DiagnosticError
-from emsim.result import Table
+from emsim.table import Table
 from emsim.units import spice_number
 
 SINGLE = ("radau", "esdirk", "trbdf2", "dop853")

@@ -12,7 +12,9 @@ import pytest
 from emsim import pipeline
 from emsim.outputs import html
 from emsim.reports import explained
-from emsim.result import Columns, Result, Table
+from emsim.result import Result
+from emsim.store import Columns
+from emsim.table import Table
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -12,8 +12,10 @@ import pytest
 import emsim
 from emsim.functions import KNOWN
 from emsim.outputs import html
-from emsim.result import Columns, Result, Table
+from emsim.result import Result
 from emsim.signals import WHOLE
+from emsim.store import Columns
+from emsim.table import Table
 
 FILTER = "low pass\nV1 in 0 dc 1 ac 1\nR1 in out 1k\nC1 out 0 1u\n.ac dec 20 1 100k\n.print ac v(out)\n.end\n"
 LEGEND = "() => [...document.querySelectorAll('.legend')].map((e) => e.textContent).join('|')"

@@ -13,11 +13,11 @@ GNUPLOT = '''"""Columns for gnuplot: a comment with the names, then one line a p
 
 from __future__ import annotations
 
-from ..result import Result
+from ..outcome import Outcome
 from .beside import replacing
 
 
-def write(path: str, result: Result) -> None:
+def write(path: str, result: Outcome) -> None:
     """Writes the main table. OSError as open() and write() raise it."""
     table = result.main
     with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:

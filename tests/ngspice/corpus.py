@@ -22,7 +22,7 @@ import numpy as np
 import emsim
 from emsim.diagnostics import Diagnostic
 from emsim.outputs import raw
-from emsim.result import Table, without_letter
+from emsim.table import Table, without_letter
 
 LIMIT = 0.005  # of a vector's range
 TIGHT = ".options reltol=1e-5 abstol=1e-12 vntol=1e-8 itl1=500 itl4=200"

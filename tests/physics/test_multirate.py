@@ -8,7 +8,7 @@ from support import deck, with_options
 
 import emsim
 from emsim import pipeline
-from emsim.result import Table
+from emsim.table import Table
 
 BRIDGE = """Vbat vb 0 24
 Vg g 0 PULSE(0 5 {0.45/fsw-tr/2} {tr} {tr} {0.7/fsw-tr} {1/fsw})

@@ -15,7 +15,9 @@ import emsim
 from emsim.cli import main
 from emsim.diagnostics import OutsideError
 from emsim.outputs import load, raw
-from emsim.result import Columns, Result, Table
+from emsim.result import Result
+from emsim.store import Columns
+from emsim.table import Table
 
 RC = "V1 a 0 1\nR1 a 0 1k\n"
 DIODE = "V1 a 0 1\nD1 a 0 dm\n"

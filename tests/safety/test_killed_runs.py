@@ -16,7 +16,9 @@ from support import needs_ngspice
 
 import emsim
 from emsim.outputs import raw
-from emsim.result import Columns, Result, Table
+from emsim.result import Result
+from emsim.store import Columns
+from emsim.table import Table
 
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and limits of Unix")
 RC = "rc\nV1 in 0 SIN(0 1 1k)\nR1 in out 1k\nC1 out 0 1u\n.op\n.tran 10u 5m\n.end\n"

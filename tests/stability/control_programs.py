@@ -21,7 +21,7 @@ from pathlib import Path
 
 import emsim
 from emsim import pipeline
-from emsim.control import Session
+from emsim.control import COMMANDS, Section
 from emsim.elaborate.altered import Altered
 from emsim.result import Result
 
@@ -407,7 +407,7 @@ class Runner:
                 self.kept[key] = result
             return result
 
-        session = Session(altered, analyse, lambda text: None, most=LIMIT)
+        session = Section(COMMANDS, altered, analyse, lambda text: None, most=LIMIT)
         try:
             session.run(flat.commands)
         except (emsim.DeckError, emsim.ConvergenceError, emsim.OutsideError):

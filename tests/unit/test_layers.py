@@ -1,6 +1,6 @@
 """The order of the house: who may import whom, what start-up may load, how long a file may grow.
 
-The same order stands in emsim/README.md. Imports for type checking alone do not count.
+The same order stands in emsim/README.md. Imports inside functions and for types count too.
 """
 
 from __future__ import annotations
@@ -36,13 +36,16 @@ ROWS = [
     ["alterable", "sweeps"],
     ["pipeline"],
     ["control"],
-    ["system"],
     ["reports"],
+    ["system"],
     ["interop"],
-    ["outputs"],
     ["stepped"],
     ["result"],
+    ["outputs"],
+    ["outcome"],
     ["measures"],
+    ["frames", "table", "tabular"],
+    ["store"],
     ["signals"],
     ["columns"],
     ["interpolate", "spectrum"],
@@ -52,6 +55,7 @@ ROWS = [
     ["elaborate"],
     ["build"],
     ["build_control", "build_dots", "build_elements", "build_fmu", "build_machine", "build_measure"],
+    ["parsed"],
     ["elements", "mistakes"],
     ["build_expr"],
     ["dialects"],
@@ -65,11 +69,9 @@ ROWS = [
 ]
 LEVEL = {name: level for level, row in enumerate(ROWS) for name in row}
 CARDS_MAY_IMPORT = {"cards", "diagnostics", "registry", "units", "expr", "opened", "deck", "_engine"}
-# anybody may ask the package for its version; Result.save is a convenience that calls the writers
 UPWARD = {
-    ("outputs", "__init__"): "the version",
-    ("result", "outputs"): "Result.save",
-    ("syntax", "mistakes"): "a line that is not accepted is read again, for its message",
+    ("diagnostics", "source"): "the type of a span's file",
+    ("source", "dialects"): "the type of what a file is read in",
 }
 
 RUST_ROWS = [
@@ -135,12 +137,12 @@ NAMES = {name_of(p) for p in modules()} | {"_engine"}
 
 
 def imports(path: Path, lazy: bool) -> set[str]:
-    """Modules of emsim that a file imports, with those inside functions when `lazy`."""
+    """Modules of emsim that a file imports, with those inside functions and for types when `lazy`."""
     package = list(path.relative_to(PACKAGE).parent.parts)
     found: set[str] = set()
 
     def visit(node: ast.AST) -> None:
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test) and not lazy:
             return
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and not lazy:
             return

@@ -14,7 +14,8 @@ from emsim.deck import Measure
 from emsim.diagnostics import DeckError
 from emsim.measures import KINDS, measure
 from emsim.measures.curve import areas, integrals, nodes, resampling, slopes
-from emsim.result import Columns, Table
+from emsim.store import Columns
+from emsim.table import Table
 from emsim.units import product, quotient
 
 R, C = 1e3, 1e-9

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import emsim
-from emsim.result import Columns, Result, Table
+from emsim.result import Result
+from emsim.store import Columns
+from emsim.table import Table
 
 T = [0.0, 1.0, 2.0, 3.0]
 

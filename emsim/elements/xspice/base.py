@@ -24,9 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from typing import Any, ClassVar
 
-    from ..._engine import Expr
-    from ...assemble.context import Context
     from ...diagnostics import Span
+    from ..contract import Circuit, Expr
 
     Scalar = Expr | float
 
@@ -145,7 +144,7 @@ class Seat:
         self.name, self.span, self.model, self.kind = name, span, model, kind
         self.at: dict[str, list[Connection]] = {}
         self.values: dict[str, Any] = {}
-        self.ctx: Context
+        self.ctx: Circuit
         # (of which nodes, current from the first to the second) of what takes or gives power
         self.flows: list[tuple[tuple[str, ...], Expr]] = []
         self._count = 0

@@ -9,7 +9,7 @@ from .square_ import is_within
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from ..._engine import Expr
+    from ..contract import Expr
 
 DELAYS = {
     "rise_delay": Word("delay of a rise", "s", 1e-9, least=1e-12),

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from .base import Seat
 
 LEVELS, STRENGTHS = "01u", "srzu"
-MOST_NUMBERS = 20_000_000
 
 
 def lines(seat: Seat, key: str, comment: str = "*") -> list[tuple[int, list[str]]] | None:

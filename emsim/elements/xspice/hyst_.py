@@ -6,7 +6,7 @@ from .base import CodeModel, Seat, Word, driving, flag, named, reading
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from ..._engine import Expr
+    from ..contract import Expr
 
 
 class Hysteresis(CodeModel):

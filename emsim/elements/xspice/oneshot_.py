@@ -7,7 +7,7 @@ from .pwl_ import pairs
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from ..._engine import Expr
+    from ..contract import Expr
 
 
 class OneShot(CodeModel):

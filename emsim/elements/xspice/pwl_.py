@@ -10,7 +10,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import ClassVar
 
-    from ..._engine import Expr
+    from ..contract import Expr
     from .base import Port
 
 

@@ -9,7 +9,7 @@ from .pwl_ import pairs
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from ..._engine import Expr
+    from ..contract import Expr
 
 CONTROL = {
     "cntl_array": numbers("inputs, ascending", "", (0.0, 1.0)),

@@ -10,7 +10,7 @@ from .sine_ import CONTROL, controlled
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from ..._engine import Expr
+    from ..contract import Expr
 
 
 def is_within(seat: Seat, phase: Expr, share: Expr | float) -> Expr:

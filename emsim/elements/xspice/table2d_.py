@@ -13,7 +13,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import ClassVar
 
-    from ..._engine import Expr
+    from ..contract import Expr
+
 
 WORDS = {
     "order": Word("no effect on values; slopes are those of straight lines, as order=2 of ngspice", "", 3.0),

@@ -116,7 +116,9 @@ def test_an_interrupt_of_the_own_run_ends_it(monkeypatch, capsys):
     from emsim import pipeline
     from emsim.cli import compare
     from emsim.diagnostics import Interrupted
-    from emsim.result import Columns, Result, Table
+    from emsim.result import Result
+    from emsim.store import Columns
+    from emsim.table import Table
 
     cut = Table("tran", ["time"], ["s"], Columns([[0.0, 1.0]]), status="interrupted")
 

@@ -11,7 +11,7 @@ import pytest
 
 import emsim
 from emsim import pipeline
-from emsim.control import COMMANDS, Session
+from emsim.control import COMMANDS, Section
 from emsim.control.program import FLOW
 from emsim.elaborate.altered import Altered
 from emsim.result import Result
@@ -43,7 +43,7 @@ def programs(seed: int, count: int):
         yield "\n".join(lines)
 
 
-def carried_out(commands: str) -> Session:
+def carried_out(commands: str) -> Section:
     """The section, with the analyses of a deck that is computed once: thousands of programs in a short time."""
     text = TEXT.replace("{}", commands, 1)
     deck = pipeline.load(text)
@@ -54,7 +54,7 @@ def carried_out(commands: str) -> Session:
         assembly, planned = pipeline.prepare(flat)
         return pipeline.deliver(assembly, pipeline.solve(assembly, planned))
 
-    session = Session(Altered(deck, flat), analyse, lambda text: None, most=LIMIT)
+    session = Section(COMMANDS, Altered(deck, flat), analyse, lambda text: None, most=LIMIT)
     session.run(flat.commands)
     session.tables()
     return session

@@ -23,8 +23,7 @@ from emsim.editor.hover import card_text, definition, element_text, hover
 from emsim.editor.place import Place
 from emsim.elements import LETTERS
 from emsim.functions import OF_TICKS
-from emsim.source import decode
-from emsim.syntax import trees
+from emsim.source import decode, trees
 
 PACKAGE = ROOT / "emsim"
 DECKS = sorted([*(ROOT / "netlists").rglob("*.cir"), *(ROOT / "tests" / "decks" / "bad").glob("*.cir")])

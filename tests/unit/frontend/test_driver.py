@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from emsim import syntax
+from emsim import parsed, syntax
 from emsim.build import read
 from emsim.cards import CARDS
 from emsim.lark_grammar import STARTS
@@ -231,4 +231,4 @@ def test_any_text_is_cut_and_read(text, has_title):
 
 def test_a_line_that_lark_refuses_is_an_error():
     with pytest.raises(LineError):
-        syntax.parse_line(line_of("R1 a 0 {1"), "element")
+        parsed.parse_line(line_of("R1 a 0 {1"), "element")

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from emsim import lark_grammar, syntax
+from emsim import lark_grammar, parsed
 from emsim.source import Line, SourceFile
 
 
@@ -18,7 +18,7 @@ def line(text: str) -> Line:
 
 
 def tree(text: str, start: str = "element"):
-    return syntax.parse_line(line(text), start)
+    return parsed.parse_line(line(text), start)
 
 
 def test_a_tree_is_rule_and_leaves_with_places():
@@ -60,7 +60,7 @@ def test_cached_tables_give_the_tree_of_the_grammar(text, start, tmp_path, monke
 
 
 def run(code: str, **env: str) -> str:
-    here = os.path.dirname(os.path.dirname(os.path.abspath(syntax.__file__)))
+    here = os.path.dirname(os.path.dirname(os.path.abspath(parsed.__file__)))
     result = subprocess.run(
         [sys.executable, "-c", code],
         capture_output=True,

@@ -13,7 +13,9 @@ from hypothesis import strategies as st
 from emsim.cli import main
 from emsim.diagnostics import OutsideError
 from emsim.outputs import READERS, load, save
-from emsim.result import Columns, Result, Table
+from emsim.result import Result
+from emsim.store import Columns
+from emsim.table import Table
 
 EXTENSIONS = list(READERS)
 NAMES = ["time", "v(out)", "v(/top/in)", "x(pole(0.6,0))", "omega(hinge)", 'i("odd")', "energy()"]

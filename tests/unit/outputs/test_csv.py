@@ -5,7 +5,9 @@ from __future__ import annotations
 import csv
 
 from emsim.outputs.csv import lines, write
-from emsim.result import Columns, Result, Table
+from emsim.result import Result
+from emsim.store import Columns
+from emsim.table import Table
 
 
 def example():

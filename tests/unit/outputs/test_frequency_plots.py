@@ -13,7 +13,8 @@ import emsim
 from emsim.build import parse_signals
 from emsim.diagnostics import DeckError
 from emsim.outputs import load, panels, picture, terminal
-from emsim.result import Columns, Table
+from emsim.store import Columns
+from emsim.table import Table
 
 DECK = """t
 V1 in 0 dc 1 ac 1

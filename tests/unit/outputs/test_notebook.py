@@ -14,8 +14,11 @@ from IPython.core.formatters import DisplayFormatter
 from IPython.core.interactiveshell import InteractiveShell
 
 import emsim
+from emsim import tabular
 from emsim.outputs import html, notebook
-from emsim.result import Columns, Result, Scene, Table
+from emsim.result import Result
+from emsim.store import Columns, Scene
+from emsim.table import Table
 
 ARM = (
     "arm <b>on</b> a pin\n.gravity 9.81\nBODY arm shape=rod(0.3) m=0.2\nJOINT hinge 0 arm pin zero=-90deg ic=60deg\n"
@@ -110,7 +113,7 @@ def test_many_signals_are_folded_away():
     names = ["time", *(f"v({k})" for k in range(30))]
     t = Table("tran", names, ["s", *"V" * 30], Columns([[0.0, 1.0]] * 31))
     text = t._repr_html_()
-    assert f"<summary>{31 - notebook.LISTED} more</summary>" in text and cells(text, "v(29)")[2] == "1"
+    assert f"<summary>{31 - tabular.LISTED} more</summary>" in text and cells(text, "v(29)")[2] == "1"
 
 
 def test_rounding_noise_is_nothing():

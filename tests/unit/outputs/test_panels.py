@@ -8,7 +8,9 @@ import pytest
 from emsim import DeckError
 from emsim.outputs.html import shown
 from emsim.outputs.panels import panels, prefixed, split, thinned, writes_degrees
-from emsim.result import Columns, Result, Table
+from emsim.result import Result
+from emsim.store import Columns
+from emsim.table import Table
 
 T = [0.0, 1.0, 2.0, 3.0]
 

@@ -12,7 +12,8 @@ import pytest
 
 from emsim.outputs import picture
 from emsim.outputs.panels import panels
-from emsim.result import Columns, Table
+from emsim.store import Columns
+from emsim.table import Table
 
 T = np.linspace(0, 2e-3, 400)
 

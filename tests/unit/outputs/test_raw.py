@@ -9,7 +9,9 @@ import pytest
 from support import needs_ngspice
 
 from emsim.outputs import raw
-from emsim.result import Columns, Result, Table
+from emsim.result import Result
+from emsim.store import Columns
+from emsim.table import Table
 
 N = 200
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from emsim.outputs.text import lines, table_lines
-from emsim.result import Columns, Result, Table
+from emsim.result import Result
+from emsim.store import Columns
+from emsim.table import Table
 
 
 def ramp(**more):

@@ -16,7 +16,9 @@ import pytest
 
 from emsim import pipeline
 from emsim.outputs import html, thin
-from emsim.result import Columns, Result, Table
+from emsim.result import Result
+from emsim.store import Columns
+from emsim.table import Table
 
 ROOT = Path(__file__).resolve().parents[3]
 

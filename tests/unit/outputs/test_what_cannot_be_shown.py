@@ -9,7 +9,9 @@ import pytest
 import emsim
 from emsim.outputs import html, picture, terminal
 from emsim.outputs.panels import off_scale, panels
-from emsim.result import Columns, Result, Table
+from emsim.result import Result
+from emsim.store import Columns
+from emsim.table import Table
 
 T = np.linspace(0, 1, 201)
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from emsim.reports.compare import compare, table_lines
-from emsim.result import Columns, Table
+from emsim.store import Columns
+from emsim.table import Table
 
 T = np.linspace(0, 1, 2001)
 
