@@ -1,8 +1,8 @@
 """usage: emsim gallery [options] -o FOLDER DECK ..
 
 Writes a gallery of decks and of all decks in folders: a moving picture of each, in subjects, and behind it the page of its
-run, in which sliders, switches and bodies are moved. The folder is opened in a browser as it is (its index.html), or put on any web
-server; nothing is loaded from elsewhere. In a folder of `emsim playground` (-o site/gallery) the two know of each other.
+run, in which sliders, switches and bodies are moved. The folder is opened in a browser as it is (its index.html), or put on
+any web server; nothing is loaded from elsewhere. In a folder of `emsim playground` (-o site/gallery) it links there.
 
 Decks without a result are left out, and told."""
 

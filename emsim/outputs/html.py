@@ -58,9 +58,18 @@ SCRIPTS = (
     "machine.js",
     "circuit.js",
     "energy.js",
+    "bench.js",
     "app.js",
 )
-STYLES = ("vendor/uPlot.min.css", "page.css", "circuit.css", "knobs.css")
+STYLES: tuple[str, ...] = (
+    "page.css",
+    "vendor/uPlot.min.css",
+    "sheets.css",
+    "circuit.css",
+    "knobs.css",
+    "bench.css",
+)
+FIRST = 1  # of the styles: what is there before the scripts are
 ENGINE_FILE = "engine.lzma"  # engine/page.sh makes it
 ENGINE = (
     "lzma.js",
@@ -107,8 +116,8 @@ def page(
         "own": "", "beside": "", "engine": "", "code": "",
     }  # fmt: skip
     if beside is None:
-        parts["style"] = _style(styles)
-        parts["code"] = _code((*scripts[:-1], *ENGINE, scripts[-1]) if engine else scripts)
+        parts["style"] = _style(styles[:FIRST])
+        parts["code"] = _code((*scripts[:-1], *ENGINE, scripts[-1]) if engine else scripts, styles)
         parts["engine"] = _engine() if engine else ""
     else:
         parts["own"], parts["style"] = "'self' ", f'@import url("{beside}page.css");'
@@ -124,7 +133,8 @@ def shared() -> dict[str, str]:
     def put(where: str, text: str) -> str:
         return f'document.getElementById("{where}").textContent="{text}";\n'
 
-    files = {"page.css": _style(STYLES), "page.js": put("code", _code((*SCRIPTS[:-1], *ENGINE, SCRIPTS[-1])))}
+    code = _code((*SCRIPTS[:-1], *ENGINE, SCRIPTS[-1]), STYLES)
+    files = {"page.css": _style(STYLES[:FIRST]), "page.js": put("code", code)}
     return {**files, "engine.js": put("engine-code", _engine())} if exists(join(WEB, ENGINE_FILE)) else files
 
 
@@ -132,8 +142,10 @@ def _style(names: Sequence[str]) -> str:
     return "\n".join(_lean(_file(name)) for name in names)
 
 
-def _code(names: Sequence[str]) -> str:
-    return _deflated("\n".join(_lean(_file(name)) for name in names))
+def _code(names: Sequence[str], styles: Sequence[str]) -> str:
+    """The scripts, deflated, and before them what styles the things that they make."""
+    made = f"Object.assign(document.createElement('style'),{{textContent:{dumps(_style(styles[FIRST:]))}}})"
+    return _deflated("\n".join([f"document.head.append({made});", *(_lean(_file(name)) for name in names)]))
 
 
 def _engine() -> str:
