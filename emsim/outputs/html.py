@@ -69,7 +69,6 @@ STYLES: tuple[str, ...] = (
     "knobs.css",
     "bench.css",
 )
-FIRST = 1  # of the styles: what is there before the scripts are
 ENGINE_FILE = "engine.lzma"  # engine/page.sh makes it
 ENGINE = (
     "lzma.js",
@@ -116,7 +115,7 @@ def page(
         "own": "", "beside": "", "engine": "", "code": "",
     }  # fmt: skip
     if beside is None:
-        parts["style"] = _style(styles[:FIRST])
+        parts["style"] = _style(styles[:1])
         parts["code"] = _code((*scripts[:-1], *ENGINE, scripts[-1]) if engine else scripts, styles)
         parts["engine"] = _engine() if engine else ""
     else:
@@ -134,7 +133,7 @@ def shared() -> dict[str, str]:
         return f'document.getElementById("{where}").textContent="{text}";\n'
 
     code = _code((*SCRIPTS[:-1], *ENGINE, SCRIPTS[-1]), STYLES)
-    files = {"page.css": _style(STYLES[:FIRST]), "page.js": put("code", code)}
+    files = {"page.css": _style(STYLES[:1]), "page.js": put("code", code)}
     return {**files, "engine.js": put("engine-code", _engine())} if exists(join(WEB, ENGINE_FILE)) else files
 
 
@@ -143,8 +142,8 @@ def _style(names: Sequence[str]) -> str:
 
 
 def _code(names: Sequence[str], styles: Sequence[str]) -> str:
-    """The scripts, deflated, and before them what styles the things that they make."""
-    made = f"Object.assign(document.createElement('style'),{{textContent:{dumps(_style(styles[FIRST:]))}}})"
+    """The scripts, deflated, and before them all styles but the first: of what scripts make."""
+    made = f"Object.assign(document.createElement('style'),{{textContent:{dumps(_style(styles[1:]))}}})"
     return _deflated("\n".join([f"document.head.append({made});", *(_lean(_file(name)) for name in names)]))
 
 
