@@ -144,7 +144,14 @@ def _style(names: Sequence[str]) -> str:
 def _code(names: Sequence[str], styles: Sequence[str]) -> str:
     """The scripts, deflated, and before them all styles but the first: of what scripts make."""
     made = f"Object.assign(document.createElement('style'),{{textContent:{dumps(_style(styles[1:]))}}})"
-    return _deflated("\n".join([f"document.head.append({made});", *(_lean(_file(name)) for name in names)]))
+    return _deflated(
+        "\n".join(
+            [
+                f"document.head.append({made});",
+                *(_file(name) if "/" in name else _lean(_file(name)) for name in names),
+            ]
+        )
+    )
 
 
 def _engine() -> str:

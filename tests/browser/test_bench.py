@@ -1,4 +1,4 @@
-"""The workbench of a page: deck at the left, one light for text, part and body, panes on the whole screen, letters to its size."""
+"""The workbench of a page: deck at the left, one light for text, part and body, panes on the whole screen, size of letters."""
 
 from __future__ import annotations
 

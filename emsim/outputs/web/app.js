@@ -435,7 +435,7 @@ function wire() {
   for (const button of document.querySelectorAll("[data-save]")) button.onclick = () => now() && save(button.dataset.save, now());
   document.addEventListener("keydown", (e) => {
     if ($("keys").open) return; // its keys are its own: Esc closes it
-    if (!now() || /INPUT|SELECT|TEXTAREA/.test(e.target.tagName) && e.target.id !== "scrub" || e.ctrlKey || e.metaKey || e.altKey) return;
+    if (!now() || /INPUT|SELECT|TEXTAREA/.test(e.target.tagName) && e.target.id !== "scrub" || e.target.isContentEditable || e.ctrlKey || e.metaKey || e.altKey) return;
     if (e.key === " " && /BUTTON|SUMMARY/.test(e.target.tagName)) return; // presses it
     if (window.bench.key(e.key)) return void e.preventDefault();
     const { clock, waves, machine } = now();

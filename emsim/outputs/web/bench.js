@@ -90,6 +90,8 @@ class Bench {
     }
     return null;
   }
+  // a line of the editor, from 1, or none
+  pointed(line) { if (line || this.said) this.light(line ? this.named(line - 1) : null); this.said = Boolean(line); }
   light(name) {
     name ??= null;
     if (name === this.lit) return;
@@ -98,7 +100,7 @@ class Bench {
     for (const text of document.querySelectorAll(".deck")) [...text.querySelectorAll(":scope > span")].forEach((span, k) => span.classList.toggle("lit", lines.includes(k)));
     const first = this.text.children[lines[0]];
     if (first && !this.pane.hidden && !this.said && !this.pane.matches(":hover")) this.pane.scrollTop = first.offsetTop - 0.4 * this.pane.clientHeight;
-    window.playground?.editor.light?.(lines.map((k) => k + 1));
+    this.editor?.light(lines.map((k) => k + 1));
     circuit?.light(name);
     machine?.light(name);
   }

@@ -63,7 +63,8 @@ class Playground {
     this.said.setAttribute("aria-label", "messages");
     const desk = made("div", { id: "text" });
     window.bench.edits(made("div", { className: "tools" }, this.menu, this.link, this.file, this.halt), desk, this.said);
-    this.editor = emsimEditor.open(desk, { text, cards, changed: (fresh) => this.changed(fresh), ask: (what, row, col) => this.helped(what, row, col) });
+    this.editor = emsimEditor.open(desk, { text, cards, changed: (fresh) => this.changed(fresh), ask: (what, row, col) => this.helped(what, row, col), pointed: (line) => window.bench.pointed(line) });
+    window.bench.editor = this.editor;
     window.bench.wrote(text);
     emsim.told = (data) => this.heard(data);
     this.tell(emsim.ready ? "ok" : "", emsim.ready ? "ready" : "Python is being loaded");
