@@ -38,3 +38,22 @@ def test_a_radius_that_vectors_are_made_of_is_no_constant() -> None:
     result = emsim.run(ROLLS, scene=True)
     found = page.opened(ROLLS, result, {}, {})
     assert found is not None and "x(ball)" in [name for name, *_ in found["places"]]
+
+
+DRIVEN = """a crank that turns at a given speed moves a rod on a spring
+BODY crank shape=rod(0.05) m=0.2
+BODY mass m=0.5
+JOINT main 0 crank pin
+JOINT guide 0 mass slide
+SPRING s guide k=50
+DRIVE turn main qd=6
+.tran 1m 10m
+.end
+"""
+
+
+def test_a_body_whose_speed_is_prescribed_is_not_taken_hold_of() -> None:
+    """It ended with an internal error: its coordinate is a state, and is none of those that give way."""
+    found = page.opened(DRIVEN, emsim.run(DRIVEN, scene=True), {}, {})
+    assert found is not None
+    assert [body for body, own in found["grips"].items() if own] == [2]
