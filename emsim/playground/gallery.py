@@ -138,8 +138,11 @@ def _make(task: tuple[str, str, str]) -> Made:
             engine = page.engine(deck, result, {}, {})
             sheets = explained.sheets(pipeline.explain(deck))
             run = html.document(result, result.deck, sheets, html.MOST)
-    except (DeckError, ValueError) as error:
+    except DeckError as error:
         made.failed = str(error).partition("\n")[0]
+        return made
+    except Exception as error:  # a bug in emsim must not cost the other decks
+        made.failed = f"{type(error).__name__}: {error}"
         return made
     made.title, made.computes = result.title or name, engine is not None
     made.subjects = subjects(flat, {table.kind for table in result.plots}, result)
