@@ -120,7 +120,7 @@ def _picture(table: Table, height: int) -> Callable[[float], Image.Image] | None
         if table.circuit is None or "refused" in table.circuit.data
         else table.circuit.data["pictures"][""]
     )
-    if table.scene is not None and len(table):
+    if table.scene is not None and table.kind == "tran" and len(table) > 1:
         whole = film.Stage(table, WIDTH)
         width = min(WIDTH, math.floor(WIDTH * height / whole.height))
         # signs of motors and sensors have a least size: a plane machine is drawn as large as in films
