@@ -73,6 +73,10 @@ class OpenNumber:
     def __rtruediv__(self, other: Any) -> Any:
         return self._with(other, lambda a, b: b / a)
 
+    @property
+    def value(self) -> None:
+        """Of a constant expression its number: this one is none."""
+
     def __neg__(self) -> OpenNumber:
         return OpenNumber(-self.expr, -self.start, self.names, self.noted)
 

@@ -73,7 +73,8 @@ def movable(m: Mechanism) -> tuple[list[Coordinate], dict[str, list[int]]]:
     turn it."""
     places = m.places
     found = {name: _of_body(m, name) for name, body in m.bodies.items() if not body.fixed}
-    return places, {name: [places.index(c) for c in own] for name, own in found.items()}
+    # a coordinate whose speed is prescribed gives no way
+    return places, {name: [places.index(c) for c in own if c in places] for name, own in found.items()}
 
 
 def _of_body(m: Mechanism, body: str) -> Sequence[Coordinate]:

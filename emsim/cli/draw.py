@@ -11,9 +11,9 @@ from os.path import splitext
 from .. import pipeline
 from ..diagnostics import deck_error
 from ..outputs.beside import write_text
-from .arguments import DEFINE, HELP, QUIET, Option, UsageError, defines, parse
+from .arguments import DEFINE, HELP, QUIET, Option, UsageError, defines, overrides, parse
 from .console import OK, check_targets, print_lines, show
-from .run import source_of
+from .run import DIALECT, source_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ OPTIONS = [
     Option("--symbols", "iec (IEC 60617) or ansi (IEEE 315); otherwise ansi", "LOOK"),
     Option("--dark", "for a dark page"),
     Option("--inside", "the inside of this use of a subcircuit: x1, x1.x2", "NAME"),
+    DIALECT,
     DEFINE,
     QUIET,
     HELP,
@@ -46,7 +47,7 @@ def main(args: Sequence[str]) -> int:
         from ..outputs import schematic  # Pillow may be missing
     from ..schematic.picture import draw
 
-    flat = pipeline.read(source_of(source), defines(given))
+    flat = pipeline.read(source_of(source), defines(given), options=overrides(given, []))
     picture = draw(flat, look, (given.text("inside") or "").lower(), flat.sink)
     show(flat.sink.diagnostics, given.has("quiet"))
     if picture is None:

@@ -30,7 +30,7 @@ def serve(given: Arguments) -> int:
     _readable(deck)
     session = Session(deck, defines(given), overrides(given), _Teller(given.has("quiet")).say)
     try:
-        server = Server(session.board, session.ask, port, session.edit)
+        server = Server(session.board, session.ask, port, session.edit, deck)
     except OSError as error:
         raise cannot_listen(port, error) from None
     from threading import Thread

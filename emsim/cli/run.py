@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     Target = tuple[str, str, dict[str, Any]]
 
 LAST_ROWS = 20  # that are printed of a run which did not reach its end; its files have all
+DIALECT = Option("--dialect", "how the deck is read where they differ: ngspice, ltspice, pspice", "NAME")
 METHOD_OPTIONS = [
     Option(
         "--method",
@@ -37,7 +38,7 @@ METHOD_OPTIONS = [
     ),
     Option("--reltol", "relative tolerance, instead of .options reltol", "X"),
     Option("--tmax", "largest time step, instead of .tran's", "SECONDS"),
-    Option("--dialect", "how the deck is read where they differ: ngspice, ltspice, pspice", "NAME"),
+    DIALECT,
     Option("--seed", "of random values: agauss, unif, mc, ..; instead of .options seed", "N"),
 ]
 OPTIONS = [

@@ -13,6 +13,7 @@ from ..reports.words import limits
 from ..units import machine_number, spice_number
 from . import words
 from .place import Place
+from .signature import signature, wave
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -53,7 +54,14 @@ def hover(document: Document, row: int, col: int) -> str | None:
     symbol = symbol_at(document, place, row)
     if symbol is not None:
         return about(document, symbol)
-    return _number(place)
+    said = _number(place)
+    if (
+        said is not None
+        and place.call.upper() in words.WAVES
+        and (due := signature(document, row, place.start))
+    ):
+        return f"{said}\n\n{due.about}" if due.about else said
+    return said
 
 
 def symbol_at(document: Document, place: Place, row: int) -> Symbol | None:
@@ -140,6 +148,8 @@ def _param(spec: Spec, key: str, param: CardParam) -> str:
 
 
 def _function(name: str) -> str | None:
+    if (said := wave(name)) is not None:
+        return said
     if name in words.PROBES:
         form, unit, meaning = words.PROBES[name]
         return f"**{form}** [{unit}] — {meaning}"

@@ -62,7 +62,7 @@ class Place:
             comment = line[code:].lstrip(BLANKS)
             self.is_code = not comment or self.start < len(line) - len(comment)
         if self.is_code:
-            self._read(_before(lines, row, self.start))
+            self._read(before(lines, row, self.start))
 
     def _read(self, text: str) -> None:
         """Words, open brackets and the key in front of the place."""
@@ -176,7 +176,7 @@ def _is_command(lines: Sequence[str], row: int) -> bool:
     return last == ".control" and lines[row].strip(BLANKS).lower() != ".endc"
 
 
-def _before(lines: Sequence[str], row: int, col: int) -> str:
+def before(lines: Sequence[str], row: int, col: int) -> str:
     """The card's text in front of a place, without comments and continuation marks."""
     parts = [lines[row][:col]]
     while parts[0].lstrip(BLANKS)[:1] == "+" or not _starts_card(parts[0], parts):

@@ -7,8 +7,10 @@ the text as it is.
 from __future__ import annotations
 
 import asyncio
+from typing import Protocol
 
 from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path
 
@@ -16,6 +18,8 @@ from .complete import complete
 from .document import Document
 from .hover import definition, hover
 from .layout import formatted
+from .signature import signature
+from .uses import NotRenamed, rename, symbol_under, uses
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -42,6 +46,13 @@ SYMBOLS = {
 }  # fmt: skip
 
 
+class At(Protocol):
+    """Of requests about a place."""
+
+    text_document: lsp.TextDocumentIdentifier
+    position: lsp.Position
+
+
 class Decks(LanguageServer):
     """The open decks by their address."""
 
@@ -63,9 +74,7 @@ class Decks(LanguageServer):
     def text(self, uri: str) -> TextDocument:
         return self.workspace.get_text_document(uri)
 
-    def place(
-        self, params: lsp.HoverParams | lsp.CompletionParams | lsp.DefinitionParams
-    ) -> tuple[Document, int, int]:
+    def place(self, params: At) -> tuple[Document, int, int]:
         uri = params.text_document.uri
         document, text = self.open(uri), self.text(uri)
         at = text.position_codec.position_from_client_units(document.lines, params.position)
@@ -82,6 +91,15 @@ class Decks(LanguageServer):
         return lsp.Range(
             lsp.Position(span.line - 1, first.character), lsp.Position(span.line - 1, last.character)
         )
+
+    def columns(self, uri: str, row: int, start: int, end: int) -> lsp.Range:
+        """A stretch of a row of the open text, in the client's units."""
+        text = self.text(uri)
+        lines = self.open(uri).lines
+        places = (
+            text.position_codec.position_to_client_units(lines, lsp.Position(row, c)) for c in (start, end)
+        )
+        return lsp.Range(*places)
 
     # ---- diagnostics ----
 
@@ -221,7 +239,58 @@ def make(version: str) -> Decks:
         end = lsp.Position(len(document.lines), 0)
         return [lsp.TextEdit(lsp.Range(lsp.Position(0, 0), end), new)]
 
+    _names(server)
     return server
+
+
+def _names(server: Decks) -> None:
+    """Features of names and of what they take."""
+
+    @server.feature(lsp.TEXT_DOCUMENT_REFERENCES)
+    def on_references(ls: Decks, params: lsp.ReferenceParams) -> list[lsp.Location]:
+        document, row, col = ls.place(params)
+        uri, symbol = params.text_document.uri, symbol_under(document, row, col)
+        found = [lsp.Location(uri, ls.columns(uri, *use)) for use in uses(document, row, col)]
+        if symbol is None or params.context.include_declaration:
+            return found
+        given = ls.location(uri, symbol.span)
+        return [place for place in found if place != given]
+
+    @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
+    def on_highlight(ls: Decks, params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:
+        document, row, col = ls.place(params)
+        uri = params.text_document.uri
+        return [lsp.DocumentHighlight(ls.columns(uri, *use)) for use in uses(document, row, col)]
+
+    @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
+    def on_prepare_rename(ls: Decks, params: lsp.PrepareRenameParams) -> lsp.Range | None:
+        document, row, col = ls.place(params)
+        here = (u for u in uses(document, row, col) if u[0] == row and u[1] <= col <= u[2])
+        return next((ls.columns(params.text_document.uri, *use) for use in here), None)
+
+    @server.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
+    def on_rename(ls: Decks, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
+        uri = params.text_document.uri
+        try:
+            found = rename(*ls.place(params), params.new_name)
+        except NotRenamed as error:
+            raise JsonRpcInvalidParams(str(error)) from None
+        edits = [lsp.TextEdit(ls.columns(uri, *use), params.new_name) for use in found]
+        return lsp.WorkspaceEdit(changes={uri: edits})
+
+    @server.feature(
+        lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions(trigger_characters=["(", ",", " "])
+    )
+    def on_signature(ls: Decks, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
+        found = signature(*ls.place(params))
+        if found is None:
+            return None
+        about = [found.about if k == found.active else None for k in range(len(found.parts))]
+        parts = [
+            lsp.ParameterInformation(p, said or None) for p, said in zip(found.parts, about, strict=True)
+        ]
+        told = lsp.SignatureInformation(found.label, documentation=found.text, parameters=parts)
+        return lsp.SignatureHelp([told], 0, found.active if found.active >= 0 else None)
 
 
 def outline(ls: Decks, uri: str) -> list[lsp.DocumentSymbol]:

@@ -3,8 +3,10 @@
     GET  /        the page; it holds nothing of the deck
     GET  /events  what the page is to know, a line of JSON each, for as long as the reader stays
     POST /set     {"set": {name: text, or null for the deck's own}, "number": n}
+    POST /deck    {"text": the deck, "was": the deck before}: it is written to its file
+    POST /help    {"what": "complete" or "hover", "text": the deck, "row": n, "col": n}: what the language server says there
 
-These three are all there is: a request chooses no file. The socket is bound to the loopback address. A request must name
+These are all there is: a request chooses no file. The socket is bound to the loopback address. A request must name
 this server in Host (a foreign name that resolves to this machine is refused) and, where a browser says whose page asks,
 in Origin. Data and changes need the token, which stands behind # in the page's address: browsers do not send that part
 to anybody, and the page's script puts it into a header, which pages of other origins may not do.
@@ -22,10 +24,14 @@ import secrets
 import socketserver
 from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from os.path import dirname, exists, join
 from socket import SHUT_RDWR
 from threading import Lock
 
+from ..cards import CARDS
+from ..editor.textmate import card_pattern
 from ..outputs import html
+from .helping import Helper
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -35,6 +41,9 @@ if TYPE_CHECKING:
     from .session import Board
 
 ADDRESS = "127.0.0.1"
+EDITOR = join(
+    dirname(html.WEB), "..", "playground", "parts", "editor.js"
+)  # where playground/build.sh has made it
 TOKEN = "X-Emsim-Token"
 MOST_BYTES = 64 * 1024  # of a request's body
 MOST_DECK = 4 * 1024 * 1024  # of one with a deck in it, twice
@@ -50,7 +59,9 @@ def page() -> str:
         "title": "emsim", "facts": "", "error": None, "rows": 0, "names": [], "units": [], "shown": [],
         "axisName": "", "axisUnit": "", "sheets": [], "scene": None,
     }  # fmt: skip
-    return html.page(nothing, (*html.SCRIPTS, "live.js"), (*html.STYLES, "live.css"))
+    cards = {"cards": [card_pattern(word) for word in CARDS]}
+    scripts = (*html.SCRIPTS, *([EDITOR] if exists(EDITOR) else []), "live.js")
+    return html.page({**nothing, **cards}, scripts, (*html.STYLES, "live.css"))
 
 
 class Server(ThreadingHTTPServer):
@@ -69,8 +80,10 @@ class Server(ThreadingHTTPServer):
         ask: Callable[[dict[str, str | None], int], object],
         port: int = 0,
         edit: Callable[[str, str], bool] | None = None,
+        deck: str | None = None,
     ) -> None:
         self.board, self.ask, self.edit = board, ask, edit
+        self.helper = Helper(deck)
         self.token = secrets.token_urlsafe(24)
         self._open: dict[Any, bool] = {}  # connections, oldest first: have they shown the token?
         self._lock = Lock()
@@ -163,7 +176,7 @@ class Handler(BaseHTTPRequestHandler):
 
     do_GET = do_HEAD = do_POST = do_PUT = do_DELETE = do_PATCH = do_OPTIONS = do_TRACE = answer
 
-    # ---- the three things to ask for ----
+    # ---- what there is to ask for ----
 
     def give_page(self) -> None:
         self.give(200, self.server.page, {"Content-Type": "text/html; charset=utf-8"})
@@ -203,6 +216,17 @@ class Handler(BaseHTTPRequestHandler):
                 200, b"the deck's file was changed meanwhile", {"Content-Type": "text/plain; charset=utf-8"}
             )
         self.give(204, b"", {})
+
+    def give_help(self) -> None:
+        if (body := self.body(MOST_DECK)) is None:
+            return
+        try:
+            what, *place = _question(json.loads(body))
+        except (ValueError, RecursionError):
+            form = '{"what": "complete" or "hover", "text": the deck, "row": n, "col": n}'
+            return self.refuse(400, f"the body is to be {form}")
+        said = json.dumps(getattr(self.server.helper, what)(*place), separators=(",", ":"))
+        self.give(200, said.encode(), {"Content-Type": "application/json; charset=utf-8"})
 
     def body(self, most: int) -> bytes | None:
         """The body of a request; None where it was refused."""
@@ -259,6 +283,7 @@ ROUTES: dict[str, tuple[str, bool, Callable[[Handler], None]]] = {
     "/events": ("GET", True, Handler.give_events),
     "/set": ("POST", True, Handler.take_values),
     "/deck": ("POST", True, Handler.take_deck),
+    "/help": ("POST", True, Handler.give_help),
 }
 
 
@@ -270,6 +295,18 @@ def _edit(body: Any) -> tuple[str, str]:
     if not isinstance(text, str) or not isinstance(was, str) or "\0" in text:
         raise ValueError
     return text, was
+
+
+def _question(body: Any) -> tuple[str, str, int, int]:
+    """Raises ValueError for anything but the form above."""
+    if not isinstance(body, dict) or set(body) != {"what", "text", "row", "col"}:
+        raise ValueError
+    what, text, row, col = (body[key] for key in ("what", "text", "row", "col"))
+    if what not in ("complete", "hover") or not isinstance(text, str):
+        raise ValueError
+    if type(row) is not int or type(col) is not int or not 0 <= row < len(text.split("\n")) or col < 0:
+        raise ValueError
+    return what, text, row, col
 
 
 def _wish(body: Any) -> tuple[dict[str, str | None], int]:

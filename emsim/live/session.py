@@ -181,6 +181,7 @@ class Session:
             kind="state", number=number, asked=self._asked, deck=self.deck, ok=head["ok"], read=head["read"],
             drawn=bool(document), facts=head["facts"], seconds=head["seconds"], said=pieces(head["text"]),
             lines=head["lines"], fixes=head.get("fixes", []), sheet=head["sheet"], source=head.get("source"),
+            marks=head.get("marks", []),
             params=[p for p in self._params.values() if "card" not in p],
             values=[p for p in self._params.values() if "card" in p],
             set={k: v for k, (v, _) in self._set.items()},

@@ -27,6 +27,7 @@ from ..elaborate import flatten
 from ..expr import Node, Num, Unary
 from ..outputs import html
 from ..source import SourceFile
+from .helping import mark, mending
 from .values import altered, places
 
 TYPE_CHECKING = False
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from typing import Any, BinaryIO
 
     from ..deck import Deck, Param
-    from ..diagnostics import Fix
     from ..elaborate.flat import FlatDeck
     from ..result import Result
     from .values import Place
@@ -81,7 +81,7 @@ def carried(
 
     ok       a run reached its end;  read: the deck itself is right
     text     all diagnostics as on a coloured terminal;  lines: (line of the deck, message and hint) of the errors
-    fixes    what mends the deck's own text, see `mending`
+    fixes    what mends the deck's own text, see `mending`;  marks: the messages at their places, see `mark`
     sheet    the deck as text for the page, with its wrong lines marked
     params   the .param of the deck, see `_param`; values: numbers of its cards, see `_value`; set: the page's values that counted
     named    every file that was read or looked for
@@ -123,6 +123,7 @@ def carried(
             for f in d.fixes
             if deck is not None and f.span.file.path == deck.file.path
         ],
+        "marks": [found for d in said if (found := mark(d)) is not None],
         "sheet": html.deck_sheet(text, said)[2],
         "source": text,
         "params": [] if deck is None else [_param(p, flat, job["defines"]) for p in deck.params.values()],
@@ -219,14 +220,6 @@ def _explained(error: Exception | None) -> list[Diagnostic]:
 
 def _brief(d: Diagnostic) -> str:
     return f"{d.message}\n{d.hint}" if d.hint else d.message
-
-
-def mending(fix: Fix) -> dict[str, Any]:
-    """A mending of the deck's own text: what stands at its place now, and what is to."""
-    span = fix.span
-    return {
-        "label": fix.label, "line": span.line, "col": span.col, "old": span.text, "text": fix.text,
-    }  # fmt: skip
 
 
 def _param(param: Param, flat: FlatDeck | None, defines: dict[str, str]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from functools import cache
 from html import escape
 from json import dumps
 from math import inf, isfinite, log10
-from os.path import dirname, join
+from os.path import dirname, exists, join
 from zlib import compress, decompress
 
 from .. import functions
@@ -61,9 +61,17 @@ SCRIPTS = (
     "machine.js",
     "circuit.js",
     "energy.js",
+    "bench.js",
     "app.js",
 )
-STYLES = ("vendor/uPlot.min.css", "page.css", "circuit.css", "knobs.css")
+STYLES: tuple[str, ...] = (
+    "page.css",
+    "vendor/uPlot.min.css",
+    "sheets.css",
+    "circuit.css",
+    "knobs.css",
+    "bench.css",
+)
 ENGINE_FILE = "engine.lzma"  # engine/page.sh makes it
 ENGINE = (
     "lzma.js",
@@ -94,24 +102,64 @@ def write(
     write_text(path, page(run if engine is None else {**run, "engine": engine}))
 
 
-def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence[str] = STYLES) -> str:
-    """The whole page around one run; scripts and styles by their names in web/, GLYPHS and FUNCTIONS."""
-    template = _file("page.html")
-    engine = ""
-    if "engine" in run:
-        scripts = (*scripts[:-1], *ENGINE, scripts[-1])
-        with open(join(WEB, ENGINE_FILE), "rb") as file:
-            engine = b64encode(file.read()).decode("ascii")
+def page(
+    run: dict[str, Any],
+    scripts: Sequence[str] = SCRIPTS,
+    styles: Sequence[str] = STYLES,
+    beside: str | None = None,
+) -> str:
+    """The whole page around one run; scripts and styles by their names in web/, GLYPHS and FUNCTIONS. Where many pages share
+    them, `beside` is the way from this one to the folder with the files of `shared`."""
+    engine = "engine" in run
     parts = {
-        "engine": engine,
         "title": escape(run["title"]),
-        "style": "\n".join(_lean(_file(name)) for name in styles),
-        "code": _deflated("\n".join(_lean(_file(name)) for name in scripts)),
         # a deck may hold "</script>"; inside JSON the slash can be escaped
         "run": dumps(run, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
-    }
+        "own": "", "beside": "", "engine": "", "code": "",
+    }  # fmt: skip
+    if beside is None:
+        parts["style"] = _style(styles[:1])
+        parts["code"] = _code((*scripts[:-1], *ENGINE, scripts[-1]) if engine else scripts, styles)
+        parts["engine"] = _engine() if engine else ""
+    else:
+        parts["own"], parts["style"] = "'self' ", f'@import url("{beside}page.css");'
+        files = ("page.js", "engine.js") if engine else ("page.js",)
+        parts["beside"] = "".join(f'<script src="{beside}{name}"></script>\n' for name in files)
     # in one pass: a title may read {{run}}
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], template)
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _file("page.html"))
+
+
+def shared() -> dict[str, str]:
+    """The files that pages with `beside` take their styles, scripts and engine from: name -> text."""
+
+    def put(where: str, text: str) -> str:
+        return f'document.getElementById("{where}").textContent="{text}";\n'
+
+    code = _code((*SCRIPTS[:-1], *ENGINE, SCRIPTS[-1]), STYLES)
+    files = {"page.css": _style(STYLES[:1]), "page.js": put("code", code)}
+    return {**files, "engine.js": put("engine-code", _engine())} if exists(join(WEB, ENGINE_FILE)) else files
+
+
+def _style(names: Sequence[str]) -> str:
+    return "\n".join(_lean(_file(name)) for name in names)
+
+
+def _code(names: Sequence[str], styles: Sequence[str]) -> str:
+    """The scripts, deflated, and before them all styles but the first: of what scripts make."""
+    made = f"Object.assign(document.createElement('style'),{{textContent:{dumps(_style(styles[1:]))}}})"
+    return _deflated(
+        "\n".join(
+            [
+                f"document.head.append({made});",
+                *(_file(name) if "/" in name else _lean(_file(name)) for name in names),
+            ]
+        )
+    )
+
+
+def _engine() -> str:
+    with open(join(WEB, ENGINE_FILE), "rb") as file:
+        return b64encode(file.read()).decode("ascii")
 
 
 def document(

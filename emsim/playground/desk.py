@@ -7,19 +7,16 @@ from __future__ import annotations
 import json
 from time import monotonic
 
-from ..editor.complete import complete
-from ..editor.document import Document
-from ..editor.hover import hover
 from ..fmus import page
+from ..live.helping import Helper
 from ..live.session import pieces
-from ..live.worker import TELL_EVERY, carried, explain, mending
+from ..live.worker import TELL_EVERY, carried, explain
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
-    from ..diagnostics import Diagnostic
     from ..result import Result
 
 FILE = "deck.cir"  # in a folder of its own, which is the working directory
@@ -31,17 +28,16 @@ class Desk:
     def __init__(self, tell: Callable[[float], object]) -> None:
         self._tell, self._then = tell, 0.0
         self._result: Result | None = None
-        self._document: Document | None = None
+        self._helper = Helper()
 
     def run(self, text: str) -> str:
-        """{ok, seconds, said: the messages as on a terminal, marks: see `_mark`, run: as the page takes it, or null}."""
+        """{ok, seconds, said: the messages as on a terminal, marks: see `helping.mark`, run: as the page takes it, or null}."""
         with open(FILE, "w", encoding="utf-8", newline="") as file:
             file.write(text)
-        head, run, result, said = carried(_JOB, self._progress)
+        head, run, result, _ = carried(_JOB, self._progress)
         self._result = result if head["ok"] else None
-        marks = [mark for d in said if (mark := _mark(d)) is not None]
         words = {"ok": head["ok"], "seconds": head["seconds"], "said": pieces(head["text"])}
-        return _text({**words, "marks": marks, "run": run})
+        return _text({**words, "marks": head["marks"], "run": run})
 
     def engine(self) -> str:
         """What the last run's page computes with, or null."""
@@ -51,18 +47,10 @@ class Desk:
         return _text(explain(_JOB)["sheets"])
 
     def complete(self, text: str, row: int, col: int) -> str:
-        """What may be typed there: kind, label, detail, text, insert of each. Row and column from 0."""
-        found = complete(self._read(text), row, col)
-        names = ("kind", "label", "detail", "text", "insert")
-        return _text([{name: getattr(item, name) for name in names} for item in found])
+        return _text(self._helper.complete(text, row, col))
 
     def hover(self, text: str, row: int, col: int) -> str:
-        return _text(hover(self._read(text), row, col))
-
-    def _read(self, text: str) -> Document:
-        if self._document is None or self._document.file.text != text:
-            self._document = Document(text, None, self._document)
-        return self._document
+        return _text(self._helper.hover(text, row, col))
 
     def _progress(self, t: float, stop: float, step: float, steps: int, events: int) -> None:
         now = monotonic()
@@ -72,18 +60,6 @@ class Desk:
 
 
 _JOB: dict[str, Any] = {"deck": FILE, "defines": {}, "set": {}, "options": {}}
-
-
-def _mark(d: Diagnostic) -> dict[str, Any] | None:
-    """A message at its place in the deck's text, columns from 1, with what mends it there."""
-    if d.span is None:
-        return None
-    place = d.span.in_deck
-    return {
-        "severity": d.severity, "message": f"{d.message}\n{d.hint}" if d.hint else d.message, "line": place.line,
-        "col": place.col, "end": max(place.end, place.col + 1),
-        "fixes": [mending(f) for f in d.fixes if f.span.file is place.file],
-    }  # fmt: skip
 
 
 def _text(answer: Any) -> str:

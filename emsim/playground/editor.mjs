@@ -4,9 +4,9 @@ import { autocompletion, completionKeymap } from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirror/commands";
 import { HighlightStyle, StreamLanguage, syntaxHighlighting } from "@codemirror/language";
 import { lintGutter, lintKeymap, setDiagnostics } from "@codemirror/lint";
-import { EditorState } from "@codemirror/state";
+import { EditorState, StateEffect, StateField } from "@codemirror/state";
 import {
-  EditorView, drawSelection, highlightActiveLine, highlightActiveLineGutter, hoverTooltip, keymap, lineNumbers,
+  Decoration, EditorView, drawSelection, highlightActiveLine, highlightActiveLineGutter, hoverTooltip, keymap, lineNumbers,
 } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 
@@ -72,7 +72,7 @@ const colours = HighlightStyle.define([
 function look() {
   const plain = { color: "var(--ink)", backgroundColor: "var(--back)" };
   return EditorView.theme({
-    "&": { ...plain, height: "100%", fontSize: "13px" },
+    "&": { ...plain, height: "100%", fontSize: "calc(13px * var(--letters, 1))" },
     ".cm-scroller": { fontFamily: "ui-monospace, monospace", lineHeight: "1.5" },
     ".cm-content": { caretColor: "var(--ink)" },
     ".cm-cursor": { borderLeftColor: "var(--ink)" },
@@ -81,6 +81,7 @@ function look() {
     "&.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground, .cm-selectionBackground": { backgroundColor: "color-mix(in srgb, var(--accent) 25%, transparent)" },
     ".cm-tooltip": { backgroundColor: "var(--panel)", color: "var(--ink)", border: "1px solid var(--line)", borderRadius: "5px", maxWidth: "min(38em, 90vw)" },
     ".cm-tooltip-autocomplete ul li[aria-selected]": { backgroundColor: "var(--accent)", color: "var(--back)" },
+    ".cm-lit": { backgroundColor: "color-mix(in srgb, var(--accent) 20%, transparent)" },
     ".cm-diagnosticText": { whiteSpace: "pre-wrap" },
     ".cm-diagnosticAction": { backgroundColor: "var(--accent)", color: "var(--back)" },
     ".cm-help": { padding: ".3em .6em", whiteSpace: "pre-wrap", maxHeight: "40vh", overflow: "auto" },
@@ -94,8 +95,20 @@ function placeOf(state, line, col) {
   return Math.min(to, from + col - 1);
 }
 
-// `changed(text)` after every edit; `ask(what, row, col)` promises what the language server says there
-export function open(parent, { text, cards, changed, ask }) {
+// lines that something outside points at
+const lit = StateEffect.define(), lighted = StateField.define({
+  create: () => Decoration.none,
+  update(found, { changes, effects, state }) {
+    const told = effects.find((e) => e.is(lit));
+    if (!told) return found.map(changes);
+    return Decoration.set(told.value.filter((k) => k <= state.doc.lines).map((k) => Decoration.line({ class: "cm-lit" }).range(state.doc.line(k).from)));
+  },
+  provide: (field) => EditorView.decorations.from(field),
+});
+
+// `changed(text)` after every edit; `ask(what, row, col)` promises what the language server says there; `pointed(line)`: the mouse is
+// over that line, or over none; `saved()`: ctrl-s
+export function open(parent, { text, cards, changed, ask, pointed = () => {}, saved = null }) {
   const at = (state, pos) => { const line = state.doc.lineAt(pos); return [line.number - 1, pos - line.from]; };
   async function completed(context) {
     const word = context.matchBefore(/[\w.]+/);
@@ -117,7 +130,12 @@ export function open(parent, { text, cards, changed, ask }) {
       extensions: [
         lineNumbers(), highlightActiveLineGutter(), history(), drawSelection(), highlightActiveLine(), lintGutter(), help, look(),
         language(cards), syntaxHighlighting(colours), autocompletion({ override: [completed], maxRenderedOptions: 60 }),
-        keymap.of([...defaultKeymap, ...historyKeymap, ...completionKeymap, ...lintKeymap, indentWithTab]),
+        lighted,
+        EditorView.domEventHandlers({
+          mousemove(e, view) { const pos = view.posAtCoords({ x: e.clientX, y: e.clientY }); pointed(pos === null ? null : view.state.doc.lineAt(pos).number); },
+          mouseleave() { pointed(null); },
+        }),
+        keymap.of([...(saved ? [{ key: "Mod-s", run: () => { saved(); return true; } }] : []), ...defaultKeymap, ...historyKeymap, ...completionKeymap, ...lintKeymap, indentWithTab]),
         EditorView.contentAttributes.of({ "aria-label": "the deck's text", spellcheck: "false", autocapitalize: "off" }),
         EditorView.updateListener.of((update) => update.docChanged && changed(update.state.doc.toString())),
       ],
@@ -127,6 +145,14 @@ export function open(parent, { text, cards, changed, ask }) {
     view,
     text: () => view.state.doc.toString(),
     put(whole) { view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: whole }, selection: { anchor: 0 }, scrollIntoView: true }); },
+    // another text, of which only what differs is put in: the cursor stays where it was
+    follow(whole) {
+      const old = view.state.doc.toString();
+      let from = 0, end = 0;
+      while (from < Math.min(old.length, whole.length) && old[from] === whole[from]) from++;
+      while (end < Math.min(old.length, whole.length) - from && old.at(-1 - end) === whole.at(-1 - end)) end++;
+      view.dispatch({ changes: { from, to: old.length - end, insert: whole.slice(from, whole.length - end) } });
+    },
     // a line's text, from 1
     line(number, fresh) { const { from, to } = view.state.doc.line(number); view.dispatch({ changes: { from, to, insert: fresh } }); },
     // `marks`: {severity, message, line, col, end, fixes: [{label, line, col, old, text}]}
@@ -138,6 +164,7 @@ export function open(parent, { text, cards, changed, ask }) {
       });
       view.dispatch(setDiagnostics(view.state, found.sort((a, b) => a.from - b.from)));
     },
+    light(lines) { view.dispatch({ effects: [lit.of(lines), ...(lines.length && !view.dom.matches(":hover") ? [EditorView.scrollIntoView(placeOf(view.state, lines[0], 1), { y: "nearest", yMargin: 60 })] : [])] }); },
     mend: (fix) => mend(view, fix),
     show(line) { view.dispatch({ selection: { anchor: placeOf(view.state, line, 1) }, scrollIntoView: true }); view.focus(); },
   };

@@ -302,10 +302,10 @@ def _wanted(circuit: Circuit) -> dict[str, Pins]:
         if nodes:
             found[circuit.shown(card.name)] = {str(k): ground(net) for k, net in enumerate(nodes)}
     hidden = circuit._hidden()
-    for name, _, nodes_of in circuit.uses:
+    for name, of, nodes_of in circuit.uses:
         pins = {port: ground(net) for port, net in nodes_of.items()}
         pins |= {beyond(circuit.port(net), nodes_of): net for net in hidden[name][0]}
-        roles = amplifier(pins)
+        roles = amplifier(pins, of)
         found[circuit.shown(name)] = {str(k): pins[p] for k, p in enumerate(roles[0])} if roles else pins
     return found
 
@@ -370,7 +370,7 @@ def _control(seen: Seen, circuit: Circuit) -> Iterator[str]:
     labels: dict[str, str] = {}
     for part, words in zip(seen.data["parts"], seen.words, strict=True):
         for name in {part["name"], *(source for source, _ in part["sources"])}:
-            labels[name] = "".join(words).replace(" ", "")
+            labels[name] = "".join(words).replace(" ", "").lower()
     for e in circuit.flat.elements:
         if e.name not in labels or e.letter == "k":
             continue

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -34,8 +36,18 @@ def sides(ports: Iterable[str]) -> tuple[list[str], list[str], list[str], list[s
     return left, right, above, below
 
 
-def amplifier(ports: dict[str, str]) -> tuple[list[str], bool] | None:
-    """Terminals +, -, out (, supplies) where they have such names, and whether there are supplies."""
+# names of vendors' operational amplifiers, whose macromodels number their terminals +, -, supply above, supply below, output
+VENDORS = re.compile(
+    r"(ua|lm|tl|tlc|tlv|op|opa|ad|ada|lt|ltc|ne|mc|mcp|lf|max|ths|lmv|lmh|lmc)\d{2,5}[a-z]{0,4}([_/.-]\w+)?",
+    re.I,
+)
+
+
+def amplifier(ports: dict[str, str], of: str) -> tuple[list[str], bool] | None:
+    """Terminals +, -, out (, supplies) of a use of subcircuit `of`, where they have such names; are there supplies?"""
+    if len(ports) == 5 and all(port.isdigit() for port in ports) and VENDORS.fullmatch(of):
+        plus, minus, above_, below_, out = ports
+        return [plus, minus, out, above_, below_], True
     low = {port.lower(): port for port in ports}
     roles: list[str] = []
     for names in (PLUS, MINUS, OUT):

@@ -15,7 +15,7 @@ from ..expr import Call, Name, Node
 from . import coils, symbols
 from .boxes import ABOVE, BELOW, amplifier, gives, sides
 from .labels import Labels
-from .reads import GROUND, reads, terminals
+from .reads import GROUND, amplifies, reads, terminals
 from .words import broken, listed, quantity
 
 TYPE_CHECKING = False
@@ -149,6 +149,12 @@ class Circuit:
             sort = WAVES.get(e.wave.kind.lower(), "pulse") if e.wave is not None else ""
             kind, make = ("voltage", s.voltage) if letter == "v" else ("current", s.current)
             self._part(e.name, kind, nodes, lambda look: make(look, sort), label, "source")
+        elif amplifies(e) is not None:
+            made = self._part(
+                e.name, "amplifier", nodes, lambda look: s.amplifier(look, False), label, "amplifier"
+            )
+            none = len(e.nodes)  # no terminal has that number, and no current flows there
+            made.sources = [(e.name, none), (e.name, none), (e.name, 0)]
         elif letter in ("e", "h", "g", "f", "b"):
             is_voltage = letter in ("e", "h") or (letter == "b" and e.extra.get("output") == "v")
             gives = "v" if is_voltage else "i"
@@ -311,7 +317,7 @@ class Circuit:
         if not ports:
             self._part(name, "use", [], lambda look: symbols.box([], [], 5), label, "box")
             return
-        if (found := amplifier(ports)) is not None:
+        if (found := amplifier(ports, of)) is not None:
             roles, supplies = found
             nets = [ports[p] for p in roles]
             make = lambda look: symbols.amplifier(look, supplies)  # noqa: E731

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
+
 from ..expr import Node
-from .reads import reads, told
+from .reads import amplifies, reads, told
 from .words import broken, fits, quantity, short, tidy, waveform, wrapped
 
 TYPE_CHECKING = False
@@ -28,6 +30,8 @@ class Labels:
         """Of an element, below its name."""
         letter = e.letter
         if letter in "rcl" or letter in "eghfb":
+            if (found := amplifies(e)) is not None:
+                return broken(f"gain {short(found[2])}")
             if isinstance(e.value, Node) or e.extra.get("form") in BY_RULE:
                 return self._formula(e)
             if letter in "eghf":
@@ -67,10 +71,22 @@ class Labels:
         said = self._probes(e)
         if not isinstance(e.value, Node):
             return broken(before + ", ".join(said))
-        lines = broken(before + tidy(repr(told(e.value, self.net, self.name))))
+        lines = broken(before + tidy(self._own(e, e.value) or repr(told(e.value, self.net, self.name))))
         if fits(lines) or (not said and "time" not in repr(e.value)):
             return lines if fits(lines) else wrapped(" ".join(lines))
         return broken(f"{before}f({', '.join([*said, *(['time'] if 'time' in repr(e.value) else [])])})")
+
+    def _own(self, e: Element, value: Node) -> str:
+        """An expression in the letters of the deck, where these stand on one line and name all that is read."""
+        span, read = value.span, reads(e)
+        if span is None or span.file.text_line(span.line + 1).lstrip().startswith("+"):
+            return ""
+        text = re.sub(r"\s*([-+*/^,()])\s*", r"\1", span.text.strip())
+        there = {word for group in re.findall(r"v\(([^()]*)\)", text.lower()) for word in group.split(",")}
+        known = there.issuperset(map(self.net, read.nets)) and all(
+            self.name(n) in text.lower() for n in read.names
+        )
+        return text if known else ""
 
     def _probes(self, e: Element) -> list[str]:
         """All that an element reads, each once."""

@@ -31,7 +31,9 @@ PATIENCE = 60.0  # seconds after which a condition is taken not to come
 
 
 @pytest.fixture
-def edited(tmp_path: Path) -> Iterator[tuple[Path, str, Session]]:
+def edited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Path, str, Session]]:
+    """Without the playground's editor, whose parts need not be there; with it: test_live_editor.py."""
+    monkeypatch.setattr("emsim.live.server.EDITOR", str(tmp_path / "none.js"))
     deck = tmp_path / "arm.cir"
     deck.write_text(DECK)
     session = Session(str(deck))
@@ -54,7 +56,9 @@ def watch(chromium: Any) -> Iterator[Callable[..., Any]]:
     contexts = []
 
     def open_page(url: str, width: int = 1400, height: int = 900, scheme: str = "light") -> Any:
-        context = chromium.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
+        context = chromium.new_context(
+            viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce"
+        )
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(1000 * PATIENCE)

@@ -22,3 +22,38 @@ def test_an_energy_that_is_an_open_number_is_in_the_accounts() -> None:
     found = page.opened(WEIGHTLESS, result, {}, {})
     assert found is not None and "m" in [name for name, *_ in found["inputs"]]
     assert found["accounts"]
+
+
+ROLLS = """a ball that slides, then rolls: its radius is looked at while the slip is written
+.gravity 9.81
+BODY ball m=1.3 j=(5.2m,5.2m,5.2m) y=0.1 vx=3 vz=-1 omega=(20,7,30)
+CONTACT floor ball 0 line=(0,1,0) r=0.1 mu=0.2
+.tran 10m 0.1
+.end
+"""
+
+
+def test_a_radius_that_vectors_are_made_of_is_no_constant() -> None:
+    """It ended with an internal error: an open number was asked for its constant value."""
+    result = emsim.run(ROLLS, scene=True)
+    found = page.opened(ROLLS, result, {}, {})
+    assert found is not None and "x(ball)" in [name for name, *_ in found["places"]]
+
+
+DRIVEN = """a crank that turns at a given speed moves a rod on a spring
+BODY crank shape=rod(0.05) m=0.2
+BODY mass m=0.5
+JOINT main 0 crank pin
+JOINT guide 0 mass slide
+SPRING s guide k=50
+DRIVE turn main qd=6
+.tran 1m 10m
+.end
+"""
+
+
+def test_a_body_whose_speed_is_prescribed_is_not_taken_hold_of() -> None:
+    """It ended with an internal error: its coordinate is a state, and is none of those that give way."""
+    found = page.opened(DRIVEN, emsim.run(DRIVEN, scene=True), {}, {})
+    assert found is not None
+    assert [body for body, own in found["grips"].items() if own] == [2]

@@ -33,7 +33,7 @@ APART = (
     "emsim/assemble/hands.py", "emsim/cards/knife.py", "emsim/cards/ratio.py", "emsim/cards/roll.py",
     "emsim/engine/src/packed/", "emsim/engine/src/page.rs", "emsim/engine/src/py/instance.rs", "emsim/fmus/page.py",
     "emsim/fmus/session.py", "emsim/outputs/glyphs/knife.py", "emsim/outputs/glyphs/ratio.py", "emsim/sweeps/",
-    "emsim/playground/", "emsim/cli/playground.py",
+    "emsim/playground/", "emsim/cli/playground.py", "emsim/cli/gallery.py",
 )  # fmt: skip
 KNOT = 8  # modules that import each other in a circle and can still be read as one thing
 

@@ -394,6 +394,7 @@ function sheets(run) {
     to.click();
   };
   pick(made.some(([name]) => name === kept) ? kept : "signals");
+  window.bench.refresh();
 }
 
 function step(rows) {
@@ -434,8 +435,9 @@ function wire() {
   for (const button of document.querySelectorAll("[data-save]")) button.onclick = () => now() && save(button.dataset.save, now());
   document.addEventListener("keydown", (e) => {
     if ($("keys").open) return; // its keys are its own: Esc closes it
-    if (!now() || /INPUT|SELECT|TEXTAREA/.test(e.target.tagName) && e.target.id !== "scrub" || e.ctrlKey || e.metaKey || e.altKey) return;
+    if (!now() || /INPUT|SELECT|TEXTAREA/.test(e.target.tagName) && e.target.id !== "scrub" || e.target.isContentEditable || e.ctrlKey || e.metaKey || e.altKey) return;
     if (e.key === " " && /BUTTON|SUMMARY/.test(e.target.tagName)) return; // presses it
+    if (window.bench.key(e.key)) return void e.preventDefault();
     const { clock, waves, machine } = now();
     const keys = {
       " ": () => clock.play(), ArrowLeft: () => step(e.shiftKey ? -10 : -1), ArrowRight: () => step(e.shiftKey ? 10 : 1),
@@ -447,6 +449,7 @@ function wire() {
   });
 }
 
+window.bench = new Bench();
 wire();
 const first = JSON.parse($("run").textContent);
 show(chosen(first)).then(() => { if (first.engine) window.engine = new Engine(first.engine, $("engine-code").textContent, first); });

@@ -110,9 +110,6 @@ class Circuit {
   draw() {
     const picture = (this.picture = this.circuit.pictures[this.inside]), { parts, wires } = picture;
     const root = svg("svg", { viewBox: `0 0 ${picture.width} ${picture.height}`, role: "group", "aria-label": "circuit diagram" });
-    root.style.maxHeight = this.machine ? "40vh" : "62vh";
-    root.style.maxWidth = `${1.35 * picture.width}px`;
-    root.style.minWidth = `${0.7 * picture.width}px`; // what is longer scrolls: smaller, nobody could read it
     const pinsOf = new Map();
     parts.forEach((p, k) => p.pins.forEach(([, , net], j) => pinsOf.set(net, [...(pinsOf.get(net) || []), [k, j]])));
     const line = (points) => "M" + points.map((p) => p.join(",")).join("L");
@@ -142,10 +139,17 @@ class Circuit {
     this.root?.remove();
     this.root = root;
     this.host.querySelector(".picture").append(root);
+    this.sized();
     this.phases = this.wires.map(() => 0);
     this.touch();
     this.host.querySelector("#within").textContent = picture.note || "";
     this.show();
+  }
+  sized() {
+    const { style } = this.root, { width } = this.picture, size = letters();
+    style.maxHeight = this.machine ? "40vh" : "62vh";
+    style.maxWidth = `${1.35 * size * width}px`;
+    style.minWidth = `${0.7 * width}px`; // what is longer scrolls: smaller, nobody could read it
   }
   colour(v) {
     if (!Number.isFinite(v)) return "var(--edge)";
@@ -269,7 +273,7 @@ class Circuit {
   touch() {
     const { signal } = this.gone;
     for (const { part, g } of this.parts) {
-      const over = () => this.light(part.name), off = () => this.light(null);
+      const over = () => window.bench.light(part.name), off = () => window.bench.light(null);
       g.addEventListener("pointerenter", over, { signal });
       g.addEventListener("focus", over, { signal });
       g.addEventListener("pointerleave", off, { signal });
@@ -278,22 +282,16 @@ class Circuit {
       g.addEventListener("dblclick", () => this.open(part.name), { signal });
       g.addEventListener("keydown", (e) => { if (e.key === "Enter") { e.preventDefault(); this.circuit.pictures[part.name] ? this.open(part.name) : this.pick(part); } }, { signal });
     }
-    this.machine?.canvas.addEventListener("pointermove", (e) => {
-      if (e.buttons) return;
-      const r = e.target.getBoundingClientRect(), name = this.machine.coupling(e.clientX - r.left, e.clientY - r.top);
-      if (name !== this.pointed) { this.pointed = name; this.light(name); }
-    }, { signal });
     for (const w of this.wires.filter((w) => w.grip)) {
       w.grip.addEventListener("pointerenter", () => this.tell({ net: w.net }), { signal });
       w.grip.addEventListener("pointerleave", () => this.tell(null), { signal });
       w.grip.addEventListener("click", () => this.add(this.circuit.volts[w.net]), { signal });
     }
   }
-  // of the machine or of the circuit: what is one thing in both worlds
+  // what is pointed at here, in the machine or in the text (bench.js)
   light(name) {
     for (const { part, g } of this.parts) g.classList.toggle("lit", part.name === name);
     const found = this.parts.find(({ part }) => part.name === name);
-    this.machine?.light(found?.part.card ? name : null);
     this.tell(found ? { part: found.part } : null);
   }
   tell(what) {

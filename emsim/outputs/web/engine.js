@@ -284,6 +284,7 @@ class Engine {
     (this.written ??= new Set()).add(at);
     this.wrote?.(at, lines[at]);
     document.querySelector("#sheet-deck")?.replaceChildren(...made("div", { innerHTML: this.text() }).childNodes);
+    window.bench.refresh();
     const copied = navigator.clipboard?.writeText(lines[at]) ?? Promise.reject();
     copied.then(() => " (copied)", () => "").then((said) => this.tell(`line ${at + 1} of the deck: ${lines[at].trim()}${said}`));
   }

@@ -54,22 +54,7 @@ class Hands {
     const { view } = this.engine.running ?? {}, now = window.emsim;
     return now?.machine && (this.engine.running ? now === view : now.run.all[0] === now.run && now.run.runs.length === 1);
   }
-  // the body at a place of the canvas: of those that are near the smallest, with the place of it there
-  touched([x, y], near) {
-    const { machine } = window.emsim, { places } = machine.scene, found = [];
-    if (!machine.poses) return null;
-    machine.scene.bodies.forEach((_, k) => {
-      if (!this.grips(k)) return;
-      const own = places.filter(([place]) => place[0] === k).map(([place, about]) => [machine.project(machine.world(place, machine.poses)), about * machine.scale]);
-      if (!own.length) return;
-      const hull = hullOf(own.map(([p]) => p)), off = Math.min(farFrom(hull, x, y), ...own.map(([p, r]) => Math.hypot(p[0] - x, p[1] - y) - r));
-      if (off > near) return;
-      const size = Math.max(...own.map(([p, r]) => Math.hypot(p[0] - own[0][0][0], p[1] - own[0][0][1]) + r));
-      const [closest] = own.reduce((a, b) => (Math.hypot(b[0][0] - x, b[0][1] - y) < Math.hypot(a[0][0] - x, a[0][1] - y) ? b : a));
-      found.push({ body: k, size, off: Math.max(0, off), deep: closest[2], x, y });
-    });
-    return found.sort((a, b) => a.off - b.off || a.size - b.size)[0] ?? null;
-  }
+  touched(at, near) { return bodyAt(window.emsim.machine, at, near, (k) => this.grips(k)); }
   take({ body, deep, x, y }, pointer) {
     const { machine, clock } = window.emsim, { running } = this.engine;
     if (!running) { clock.play(false); clock.set(clock.first); machine.draw(); }
@@ -193,28 +178,3 @@ class Hands {
 }
 
 function deckGravity({ scene }) { return scene.gravity ?? [0, 0, 0]; }
-
-// the corners of the smallest convex polygon about points, in their order (Andrew's monotone chain)
-function hullOf(points) {
-  const sorted = points.map(([x, y]) => [x, y]).sort((a, b) => a[0] - b[0] || a[1] - b[1]);
-  const half = (list) => {
-    const chain = [];
-    for (const p of list) {
-      while (chain.length > 1 && turns(chain.at(-2), chain.at(-1), p) <= 0) chain.pop();
-      chain.push(p);
-    }
-    return chain.slice(0, -1);
-  };
-  return sorted.length < 3 ? sorted : [...half(sorted), ...half(sorted.reverse())];
-}
-function turns(o, a, b) { return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]); }
-
-// how far a place lies outside of a convex polygon, 0 within it
-function farFrom(hull, x, y) {
-  const sides = hull.map((a, k) => [a, hull[(k + 1) % hull.length]]);
-  if (hull.length > 2 && sides.every(([a, b]) => turns(a, b, [x, y]) >= 0)) return 0;
-  return Math.min(...sides.map(([a, b]) => {
-    const dx = b[0] - a[0], dy = b[1] - a[1], f = Math.max(0, Math.min(1, ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy || 1)));
-    return Math.hypot(a[0] + f * dx - x, a[1] + f * dy - y);
-  }));
-}

@@ -50,9 +50,10 @@
       // the equations come later: until then those of the run before keep their place
       message.run.sheets.splice(message.run.sheets[0]?.[0] === "energy" ? 1 : 0, 0, ...explained);
       document.body.classList.remove("empty"); // what is hidden has no width to draw for
-      const ghosts = earlier();
+      const ghosts = earlier(), first = !window.emsim;
       await show(message.run);
       if (window.emsim) {
+        if (first && (message.run.scene || message.run.circuit) && message.run.axisName === "time" && !matchMedia("(prefers-reduced-motion: reduce)").matches) window.emsim.clock.play(true);
         window.emsim.waves.ghosts = ghosts;
         if (ghosts.length) window.emsim.waves.build();
       }
@@ -114,6 +115,7 @@
     const head = made("p", {}, first ? `line ${first} of the deck` : "the deck", $("panels").children.length ? ` \u00b7 ${kept} ` : " ");
     if (first) head.append(made("button", { textContent: "show the line", onclick: () => shown(first) }));
     said.replaceChildren(head, ...mendings(m), text);
+    if (code) return;
     if (!$("sheet-deck")) sheets({ sheets: [["deck", "Deck", ""]] });
     $("sheet-deck").innerHTML = m.sheet;
     // the last first: several messages of one line stay in their order
@@ -144,6 +146,7 @@
 
   function mend(fix) {
     if (was === null) return;
+    if (code) return void (told.textContent = code.mend(fix) ? "save keeps it" : `line ${fix.line} is another by now`);
     document.querySelector("#tabs [data-sheet=deck]")?.click();
     if (editor.hidden) unfolded();
     const lines = editor.value.split("\n"), start = lines.slice(0, fix.line - 1).reduce((sum, line) => sum + line.length + 1, 0) + fix.col - 1;
@@ -153,16 +156,18 @@
     told.textContent = "save keeps it";
   }
   writes.onclick = async () => {
-    const text = editor.value;
+    const text = code ? code.text() : editor.value;
     const answer = await fetch("/deck", { method: "POST", headers: { "X-Emsim-Token": token, "Content-Type": "application/json" }, body: JSON.stringify({ text, was }) }).catch(() => null);
     told.textContent = answer?.status === 204 ? "saved" : answer ? await answer.text() : "emsim has ended";
     if (answer?.status === 204) was = text;
+    if (code) dirty();
   };
   editor.onkeydown = (e) => {
     if ((e.ctrlKey || e.metaKey) && e.key === "s") { e.preventDefault(); writes.click(); }
   };
 
   function source(m) {
+    if (window.emsimEditor) return coded(m);
     offered.replaceChildren(...mendings(m));
     if (m.source === null || m.source === undefined) return;
     if (editor.hidden || was === null) was = m.source;
@@ -181,7 +186,39 @@
   document.addEventListener("focusin", (e) => (held = e.target === editor));
   new MutationObserver(desked).observe($("sheets"), { childList: true, subtree: true });
 
+  // ---- ... or in the editor at the left, where this emsim has it ----
+
+  let code = null;
+  const dirty = () => (writes.disabled = code.text() === was);
+  async function helped(what, row, col) {
+    const body = JSON.stringify({ what, text: code.text(), row, col });
+    const answer = await fetch("/help", { method: "POST", headers: { "X-Emsim-Token": token, "Content-Type": "application/json" }, body }).catch(() => null);
+    return answer?.ok ? answer.json() : null;
+  }
+  function coded(m) {
+    const { source } = m;
+    if (source === null || source === undefined) return;
+    if (!code) {
+      const desk = made("div", { id: "text" }), { cards } = JSON.parse($("run").textContent);
+      window.bench.edits(made("div", { className: "tools" }, writes, told), desk, said);
+      writes.hidden = false;
+      code = window.bench.editor = emsimEditor.open(desk, { text: source, cards, changed: (text) => { window.bench.wrote(text); dirty(); }, ask: helped, pointed: (line) => window.bench.pointed(line), saved: () => writes.click() });
+      window.bench.wrote(was = source);
+      dispatchEvent(new Event("resize"));
+    } else if (code.text() === was || code.text() === source) {
+      if (code.text() !== source) code.follow(source);
+      if (source !== was) told.textContent = "";
+      was = source;
+    } else if (source !== was) {
+      const take = made("button", { textContent: "take it", onclick: () => { was = source; code.follow(source); told.textContent = ""; dirty(); } });
+      told.replaceChildren("the deck's file was changed elsewhere ", take);
+    }
+    if (code.text() === source) code.mark(m.marks);
+    dirty();
+  }
+
   function shown(line) {
+    if (code) return code.show(line);
     document.querySelector("#tabs [data-sheet=deck]").click();
     $(`line-${line}`)?.scrollIntoView({ block: "center" });
   }

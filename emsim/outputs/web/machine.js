@@ -169,13 +169,13 @@ class Machine {
   }
   fit() {
     const { canvas } = this, width = this.room();
-    const [x0, y0, x1, y1] = this.box, margin = 46;
+    const [x0, y0, x1, y1] = this.box, margin = 46 * letters();
     let w = Math.max(x1 - x0, 0.25 * this.size), h = Math.max(y1 - y0, 0.25 * this.size);
     if (this.follow) {
       const most = Math.max(...this.largestPose) || this.size;
       w = h = 2.5 * most;
     }
-    const height = Math.max(220, Math.min((this.run.circuit && !this.run.circuit.refused ? 0.46 : 0.68) * innerHeight, width * Math.max(0.5, Math.min(1.15, h / w)) + 30));
+    const height = Math.max(220, Math.min(tallest(this.run), width * Math.max(0.5, Math.min(1.15, h / w)) + 30));
     canvas.width = width * devicePixelRatio;
     canvas.height = height * devicePixelRatio;
     canvas.style.height = height + "px";

@@ -61,10 +61,11 @@ class Playground {
     this.halt = made("button", { textContent: "stop", hidden: true, onclick: () => this.stop() });
     this.said = made("section", { id: "said", hidden: true });
     this.said.setAttribute("aria-label", "messages");
-    const desk = made("div", { id: "text" }), pane = made("section", { id: "pane" }, made("div", { className: "tools" }, this.menu, this.link, this.file, this.halt), desk, this.said);
-    pane.setAttribute("aria-label", "the deck");
-    this.bar.after(pane);
-    this.editor = emsimEditor.open(desk, { text, cards, changed: (fresh) => this.changed(fresh), ask: (what, row, col) => this.helped(what, row, col) });
+    const desk = made("div", { id: "text" });
+    window.bench.edits(made("div", { className: "tools" }, this.menu, this.link, this.file, this.halt), desk, this.said);
+    this.editor = emsimEditor.open(desk, { text, cards, changed: (fresh) => this.changed(fresh), ask: (what, row, col) => this.helped(what, row, col), pointed: (line) => window.bench.pointed(line) });
+    window.bench.editor = this.editor;
+    window.bench.wrote(text);
     emsim.told = (data) => this.heard(data);
     this.tell(emsim.ready ? "ok" : "", emsim.ready ? "ready" : "Python is being loaded");
     this.templates();
@@ -99,6 +100,7 @@ class Playground {
     this.run(text);
   }
   changed(text) {
+    window.bench.wrote(text);
     clearTimeout(this.rest);
     this.rest = setTimeout(() => this.run(text), PAUSE);
   }

@@ -6,7 +6,7 @@ const COLOURS = ["#0b62c4", "#c8374d", "#1e7f3a", "#8a4fb8", "#a85f00", "#007575
 const ON_DARK = ["#6cb0ff", "#ff8494", "#5ccb7e", "#c79aeb", "#f0a63a", "#3cc8c8", "#ff86c0", "#b4c878"];
 const colourOf = (k) => (document.documentElement.classList.contains("dark") ? ON_DARK : COLOURS)[k % COLOURS.length];
 
-const RIGHT = 84; // px of an axis
+const RIGHT = 84; // px of an axis, of ordinary letters
 
 // phases over a frequency are read in degrees
 const inDegrees = (run) => (run.over ?? run.axisName) === "frequency";
@@ -91,7 +91,8 @@ class Waves {
   curves() {
     const groups = this.groups(), style = getComputedStyle(document.documentElement);
     const ink = style.getPropertyValue("--soft"), line = style.getPropertyValue("--line");
-    const height = Math.max(130, Math.min(260, (0.62 * innerHeight) / Math.max(1, groups.length)));
+    const size = letters(), axisSize = Math.round(RIGHT * size), presents = document.body.dataset.present === "curves";
+    const height = Math.max(130, Math.min(presents ? Infinity : 260 * size, ((presents ? 0.86 : 0.62) * innerHeight) / Math.max(1, groups.length) - (presents ? 34 * size : 0)));
     this.panels = groups.map(([key, units, columns], k) => {
       const [holder, legend] = this.holder(`waveforms of ${columns.map((c) => c.name).join(", ")}`), unit = units[0];
       const last = k === groups.length - 1;
@@ -100,20 +101,20 @@ class Waves {
         holder.append(legend);
         return Object.assign(p, { legend, units, key });
       }
-      const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } };
+      const axis = { stroke: ink, font: `${12 * size}px system-ui`, space: (u, k) => (k ? 30 : 50) * size, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } };
       const scales = { x: { time: false, range: () => this.shownRange(), distr: this.logx ? 3 : 1 } }, axes = [
-        { ...axis, ...(this.logx ? LOG : {}), size: last ? 30 : 0, ticks: { show: last, stroke: line }, values: (u, ticks) => (last ? ticks.map((v) => (v === null ? "" : written(v, this.run.axisUnit, 6))) : []) },
+        { ...axis, ...(this.logx ? LOG : {}), size: last ? 30 * size : 0, ticks: { show: last, stroke: line }, values: (u, ticks) => (last ? ticks.map((v) => (v === null ? "" : written(v, this.run.axisUnit, 6))) : []) },
       ];
       units.forEach((own, n) => {
         const scale = `y${n || ""}`, log = this.logy.has(key);
         scales[scale] = { distr: log ? 3 : 1, range: (u, low, high) => this.heights.get(key)?.[n] ?? this.roomy(u, low, high, columns.filter((c) => this.unit(c) === own), log) };
-        axes.push({ ...axis, ...(log ? LOG : {}), scale, side: n ? 1 : 3, size: n ? RIGHT : 84, grid: { ...axis.grid, show: !n }, values: (u, ticks) => ticks.map((v) => (v === null ? "" : written(v, own, 4))) });
+        axes.push({ ...axis, ...(log ? LOG : {}), scale, side: n ? 1 : 3, size: axisSize, grid: { ...axis.grid, show: !n }, values: (u, ticks) => ticks.map((v) => (v === null ? "" : written(v, own, 4))) });
       });
       const plot = new uPlot({
-        width: this.width(), height: height + (last ? 26 : 0), padding: [6, units.length > 1 ? 0 : this.layout === "two" ? RIGHT : 26, 0, 0], // all panels have one width
+        width: this.width(), height: height + (last ? 26 * size : 0), padding: [6, units.length > 1 ? 0 : this.layout === "two" ? axisSize : 26 * size, 0, 0], // all panels have one width
         pxAlign: 0, // points rounded to pixels make stairs of a straight line
         scales, axes,
-        series: [{}, ...columns.map((c, i) => ({ label: c.name, scale: this.unit(c) === unit ? "y" : "y1", stroke: () => colourOf(i), width: 1.5, points: { show: false }, dash: this.unit(c) === unit ? [] : [7, 3] }))],
+        series: [{}, ...columns.map((c, i) => ({ label: c.name, scale: this.unit(c) === unit ? "y" : "y1", stroke: () => colourOf(i), width: 1.5 * size, points: { show: false }, dash: this.unit(c) === unit ? [] : [7, 3] }))],
         cursor: { sync: { key: "emsim" }, drag: { setScale: false, x: true, y: true, uni: 14 }, points: { size: 6 } },
         legend: { show: false },
         hooks: {
@@ -289,7 +290,7 @@ class Waves {
       ctx.moveTo(x, bbox.top);
       ctx.lineTo(x, bbox.top + bbox.height);
       ctx.stroke();
-      ctx.font = `${11 * devicePixelRatio}px system-ui`;
+      ctx.font = `${11 * letters() * devicePixelRatio}px system-ui`;
       if (name) ctx.fillText(name, x + 3 * devicePixelRatio, bbox.top + 11 * devicePixelRatio);
     }
     ctx.restore();
@@ -387,7 +388,7 @@ class Portrait {
     // what is not positive has no logarithm
     const logY = waves.logy.has(this.key), rise = logY ? (v) => (v > 0 ? Math.log10(v) : NaN) : (v) => v;
     let [x0, x1] = span(xss, place), [y0, y1] = span(ys, rise);
-    ctx.font = "12px system-ui";
+    ctx.font = `${12 * letters()}px system-ui`;
     const heights = logY ? decades(y0, y1) : ticks(y0, y1, height / 40), bottom = height - 34;
     const left = Math.max(66, 12 + Math.max(0, ...heights.map((v) => ctx.measureText(written(v, this.unit)).width))), across = width - left - 10, up = bottom - 8;
     if (nyquist || (xc && waves.unit(xc) === "m" && this.unit === "m")) {

@@ -302,6 +302,24 @@ def test_columns_are_the_clients_units(editor):
     assert editor.replace(DECK, editor.next()) == []
 
 
+def test_references_rename_and_signature_help(editor):
+    editor.open(DECK)
+    place = {"textDocument": {"uri": editor.uri}, "position": {"line": 1, "character": 8}}
+    found = editor.ask("textDocument/references", {**place, "context": {"includeDeclaration": False}})
+    assert [place["range"]["start"]["line"] for place in found] == [1, 7]
+    assert editor.ask("textDocument/prepareRename", place)["end"] == {"line": 1, "character": 11}
+    edits = editor.ask("textDocument/rename", {**place, "newName": "k"})["changes"][editor.uri]
+    assert len(edits) == 3 and {edit["newText"] for edit in edits} == {"k"}
+    row = next(k for k, line in enumerate(DECK.split("\n")) if line.startswith("MOTOR"))
+    place["position"] = {"line": row, "character": len("MOTOR  m1     ")}
+    said = editor.ask("textDocument/signatureHelp", place)
+    assert said["activeParameter"] == 2 and said["signatures"][0]["label"].startswith("MOTOR name n+ n-")
+    editor.number += 1
+    where = {"textDocument": {"uri": editor.uri}, "position": {"line": 1, "character": 8}, "newName": "limit"}
+    editor.send(id=editor.number, method="textDocument/rename", params=where)
+    assert "there is a param limit already" in editor.answers.get(timeout=60)["error"]["message"]
+
+
 def test_an_included_file(editor):
     folder = Path(editor.uri.removeprefix("file://")).parent
     (folder / "lib.inc").write_text(".param twice={2*gain}\nCl a 0\n.subckt inner a b\nR1 a b 1\n.ends\n")

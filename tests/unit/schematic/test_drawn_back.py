@@ -113,7 +113,7 @@ R1 in a 10k
 R2 a b 10k
 C1 a out 22n
 C2 b 0 11n
-E1 out 0 b out 100k
+E1 out 0 b out 100
 .tran 10u 5m
 .end
 """
