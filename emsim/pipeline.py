@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .result import Result, Scene, Table
     from .source import Source
     from .system import System
+    from .traced import Trace
 
     Options = Mapping[str, Any]
     Progress = Callable[[float, float, float, int, int], object]
@@ -322,9 +323,14 @@ def _option(options: Options | None, name: str) -> Any:
 
 
 def prepare(
-    flat: FlatDeck, options: Options | None = None, energy: bool = False, recording: bool = False
+    flat: FlatDeck,
+    options: Options | None = None,
+    energy: bool = False,
+    recording: bool = False,
+    trace: Trace | None = None,
 ) -> tuple[Assembly, list[Analysis]]:
-    """Flat deck -> compiled system, and the analyses with their settings. `recording` notes who contributed what."""
+    """Flat deck -> compiled system, and the analyses with their settings. `recording` notes who contributed what,
+    `trace` of which numbers that it follows the equations are made (assemble/numbered.py)."""
     from .analyses import plan, refused
     from .assemble import Context, assemble
     from .assemble.options import resolve
@@ -342,7 +348,7 @@ def prepare(
     if recording:
         from .assemble.recording import Recording as context
     with NoCollection():
-        assembly = assemble(flat, settings, times, energy, context, planned)
+        assembly = assemble(flat, settings, times, energy, context, planned, trace=trace)
     for step in flat.steps:
         value = flat.params.get(step.name) if step.kind == "param" else None
         said = f"`{step.column}` is not stepped here" + ("" if value is None else f": it is {value:g}")

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from .._engine import System
     from ..elaborate.flat import FlatDeck
+    from ..traced import Trace
     from .accounts import Accounts
     from .clocked import Clocks
     from .drawing import Drawing
@@ -104,19 +105,21 @@ def assemble(
     context: type[Context] = Context,
     analyses: Sequence[Analysis] = (),
     noted: bool = False,
+    trace: Trace | None = None,
 ) -> Assembly:
     """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults, a period behind them is that of
     all; `context` is Recording where the deck is to be explained; `analyses` are those whose columns are compiled; `noted`: the
-    system keeps its equations as they were before they were compiled.
+    system keeps its equations as they were before they were compiled; `trace`: which of their numbers hang on traced ones is
+    noted by the builder.
 
     Raises DeckError with everything that is wrong with the deck.
     """
     from . import circuit, topology
     from .scale import scale
 
-    ctx, clocks = _unknowns(flat, options, times, context, noted=noted)
+    ctx, clocks = _unknowns(flat, options, times, context, noted=noted, trace=trace)
     if ctx.machine is not None and ctx.machine.open_reactions and not ctx.machine.shares:
-        ctx, clocks = _unknowns(flat, options, times, context, shares=True, noted=noted)
+        ctx, clocks = _unknowns(flat, options, times, context, shares=True, noted=noted, trace=trace)
     if ctx.machine is not None:
         size = ctx.scale = scale(ctx.machine)
         options.update(length=size.length, mass=size.mass)
@@ -163,13 +166,19 @@ def _unknowns(
     context: type[Context],
     shares: bool = False,
     noted: bool = False,
+    trace: Trace | None = None,
 ) -> tuple[Context, Clocks | None]:
     """Circuit and machine with all their unknowns, so that every expression can name every node and branch. `shares`:
     loads are shared where equilibrium does not say how (sharing.py)."""
     from .._engine import Builder
     from . import circuit
 
-    ctx = context(Builder(), flat, options)
+    builder: Any = Builder()
+    if trace is not None:
+        from .numbered import Numbered
+
+        builder = Numbered(builder, trace)
+    ctx = context(builder, flat, options)
     ctx.times, ctx.shares = times, shares
     if noted or flat.inputs is not None:
         ctx.b.note_places()

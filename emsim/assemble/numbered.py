@@ -1,5 +1,5 @@
-"""A builder that notes which numbers of equation (1) hang on traced ones (traced.py): constants of F and Q, coefficients of sources,
-and what waveforms are made of. All else that gets a traced number loses it."""
+"""A builder that notes which numbers of equation (1) hang on traced ones (traced.py): constants of F and Q, coefficients of
+sources, and what waveforms are made of. All else that gets a traced number loses it."""
 
 from __future__ import annotations
 
@@ -16,13 +16,12 @@ if TYPE_CHECKING:
 
 
 class Numbered:
-    """As Builder is. `f`, `q`, `sources` and `waves` (its number, kind, arguments, DC value) are what changes."""
+    """As Builder is. What changes: `numbers`, constants of F, of Q, of sources, and charges of a start with UIC, and `waves` (its
+    number, kind, arguments, DC value)."""
 
     def __init__(self, builder: Builder, trace: Trace) -> None:
         self._builder, self._trace = builder, trace
-        self.f: Numbers = []
-        self.q: Numbers = []
-        self.sources: Numbers = []
+        self.numbers: tuple[Numbers, ...] = ([], [], [], [])
         self.waves: list[tuple[int, str, list[float], float | None]] = []
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
@@ -36,24 +35,28 @@ class Numbered:
         setattr(self, name, called)  # (the next time it is found at once)
         return called
 
-    def _constant(self, which: int, name: str, row: int, other: int, v: float) -> None:
-        """One constant, unless ground is its row or its column."""
+    def _constant(self, which: int, put: Callable[..., None], *args: Any) -> None:
+        """One constant, the last of the arguments, unless ground is its row or its column."""
+        v = args[-1]
         if v.__class__ is not Traced:
-            getattr(self._builder, name)(row, other, v)
+            put(*args)
             return
         place = self._builder.constants()[which]
-        getattr(self._builder, name)(row, other, v)
+        put(*args)
         if self._builder.constants()[which] > place:
-            (self.f, self.q, self.sources)[which].append((place, v.number))
+            self.numbers[which].append((place, v.number))
 
     def g(self, row: int, col: int, v: float) -> None:
-        self._constant(0, "g", row, col, v)
+        self._constant(0, self._builder.g, row, col, v)
 
     def c(self, row: int, col: int, v: float) -> None:
-        self._constant(1, "c", row, col, v)
+        self._constant(1, self._builder.c, row, col, v)
 
     def f_wave(self, row: int, wave: int, coefficient: float) -> None:
-        self._constant(2, "f_wave", row, wave, coefficient)
+        self._constant(2, self._builder.f_wave, row, wave, coefficient)
+
+    def ic_charge(self, row: int, dq: float) -> None:
+        self._constant(3, self._builder.ic_charge, row, dq)
 
     def conductance(self, p: int, n: int, v: float) -> None:
         if v.__class__ is not Traced:

@@ -30,6 +30,7 @@ from ..build_expr import extent, node_name
 from ..diagnostics import Diagnostic, did_you_mean, instead, suggest
 from ..expr import Node, evaluate
 from ..syntax import LineError
+from ..traced import number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -384,7 +385,7 @@ class Element:
         value = self.params.get(key, default)
         if isinstance(value, (tuple, list)):
             value = value[0] if value else default
-        return float(value) if isinstance(value, (int, float)) else default
+        return number(value) if isinstance(value, (int, float)) else default
 
     def known(self) -> Iterable[str]:
         """Parameters that the line takes."""
@@ -467,7 +468,7 @@ class Element:
             if key in self.params:
                 return self.number(key)
             if place < len(pair):
-                return float(pair[place])
+                return number(pair[place])
             return float(params.get(key, params.get(key + "r", 0.0)))  # tc1r: of resistors
 
         dt = self.temperature(ctx) - float(params.get("tnom", ctx.tnom))
@@ -600,4 +601,4 @@ class Element:
 
 def number_at(value: Any, level: Level) -> float:
     """A value of a line that must be known before the run. Raises ExprError."""
-    return evaluate(value, level.scope) if isinstance(value, Node) else float(value)
+    return evaluate(value, level.scope) if isinstance(value, Node) else number(value)

@@ -1,9 +1,9 @@
 """Runs whose equations differ in numbers alone: assembled once, then made again by the engine from other numbers.
 
-One run is assembled with traced numbers (traced.py) in the place of what varies. Where these got to numbers of R, L, C, K, V, I, E, F, G and H lines
-alone, and from there to constants of the equations and to waveforms, another run has the same equations with other numbers: the
-same arithmetic gives these, to the last bit, and the same compiler the system (`System.again`). What was decided on the way has to be
-decided so again; where it is not, where a run fails or has something to say, it is run by itself.
+One run is assembled with traced numbers (traced.py) in the place of what varies. Where these got to numbers of R, L, C, K, V,
+I, E, F, G and H lines alone, and from there to constants of the equations and to waveforms, another run has the same equations
+with other numbers: the same arithmetic gives these, to the last bit, and the same compiler the system (`System.again`). What was
+decided on the way has to be decided so again; where it is not, where a run fails or has something to say, it is run by itself.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ TOLD = ("sink", "sources", "origin", "draws", "params", "option_spans", "named",
 
 
 def learn(runner: Runner, point: Point) -> Kept | None:
-    """The equations of a run, for those that follow; None where these have to be assembled anew. They are made for values a little
-    aside, so that what hangs on a value and is not traced would be seen: the run itself has to come out to the last bit."""
+    """The equations of a run, for those that follow; None where these have to be assembled anew. They are made for values a
+    little aside, so that what hangs on a value and is not traced would be seen: the run has to come out to the last bit."""
     from ..diagnostics import DiagnosticError
 
     if "temp" in runner.task.names:
@@ -68,7 +68,8 @@ def _assembled(runner: Runner, trace: Trace, values: dict[str, Traced], draws: D
 
 
 def _places(flat: FlatDeck, trace: Trace) -> list[tuple[dict[Any, Any] | list[Any] | Any, Any, int]]:
-    """Where traced numbers are in lines of elements: the object, its attribute, key or place, the number's. Elsewhere they are lost."""
+    """Where traced numbers are in lines of elements: the object, its attribute, key or place, the number's. Elsewhere they are
+    lost."""
     found: list[tuple[Any, Any, int]] = []
 
     def take(of: Any, key: Any, value: Any, allowed: bool) -> None:
@@ -167,24 +168,22 @@ class Kept:
         try:
             made.system = self._system(values)
             result = pipeline.deliver(made, pipeline.solve(made, self.planned))
-            axis, signals = self.runner.signals(result)
+            signals = self.runner.signals(result)
         except (DiagnosticError, ValueError):
             return None
         known = len(self.said)
         if any(d.severity != "note" for d in flat.sink.diagnostics[known:]):
             return None
-        return self.runner.outcome(point, result, axis, signals, list(flat.draws.drawn))
+        return self.runner.outcome(point, result, signals, list(flat.draws.drawn))
 
     def _system(self, values: list[Any]) -> Any:
         b = self.builder
 
-        def now(pairs: list[tuple[int, int]]) -> list[tuple[int, float]]:
-            return [(place, values[k]) for place, k in pairs]
-
         waves = [
             (k, kind, [_now(a, values) for a in args], _now(dc, values)) for k, kind, args, dc in b.waves
         ]
-        return self.assembly.system.again(now(b.f), now(b.q), now(b.sources), waves)
+        numbers = [[(place, values[k]) for place, k in of] for of in b.numbers]
+        return self.assembly.system.again(numbers, waves)
 
     def _forget(self) -> None:
         """What the run before had to say."""

@@ -60,7 +60,7 @@ ROWS = [
     ["deck", "expr", "opened", "syntax", "lark_grammar", "source"],
     ["tables"],
     ["draws", "functions", "units"],
-    ["diagnostics", "registry"],
+    ["diagnostics", "registry", "traced"],
     ["_engine"],
 ]
 LEVEL = {name: level for level, row in enumerate(ROWS) for name in row}

@@ -6,6 +6,7 @@
 use crate::interrupt;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
 
 pub type Id = u32;
 
@@ -141,6 +142,8 @@ pub struct Graph {
     nodes: Vec<Node>,
     known: HashMap<Node, Id>,
     symbols: u32,
+    /// what it is a copy of, and how many nodes they have in common
+    copied: Option<(Arc<Mutex<Graph>>, usize)>,
 }
 
 /// A graph as it is written: its nodes in order.
@@ -159,7 +162,7 @@ impl From<Graph> for Listed {
 impl From<Listed> for Graph {
     fn from(of: Listed) -> Graph {
         let known = of.nodes.iter().enumerate().map(|(id, &node)| (node, id as Id)).collect();
-        Graph { nodes: of.nodes, known, symbols: of.symbols }
+        Graph { nodes: of.nodes, known, symbols: of.symbols, copied: None }
     }
 }
 
@@ -174,6 +177,33 @@ impl Graph {
 
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
+    }
+
+    /// A copy that knows the nodes of `of`, whose beginning it has.
+    pub fn copy(&self, of: &Arc<Mutex<Graph>>) -> Graph {
+        Graph { copied: Some((of.clone(), self.nodes.len())), ..self.clone() }
+    }
+
+    /// Nodes in common with a graph that this is a copy of.
+    pub fn in_common(&self, with: &Arc<Mutex<Graph>>) -> Option<usize> {
+        self.copied.as_ref().filter(|(of, _)| Arc::ptr_eq(of, with)).map(|c| c.1)
+    }
+
+    /// A node of another graph, whose first `common` nodes this one has too.
+    pub fn take_over(&mut self, other: &Graph, id: Id, common: usize) -> Id {
+        if (id as usize) < common {
+            return id;
+        }
+        let mut here: HashMap<Id, Id> = HashMap::new();
+        for id in other.reachable(&[id]) {
+            let mut ops = [0; 3];
+            for (place, of) in ops.iter_mut().zip(other.node(id).operands()) {
+                *place = here[&of];
+            }
+            let made = if (id as usize) < common { id } else { self.rebuild(other.node(id), ops) };
+            here.insert(id, made);
+        }
+        here[&id]
     }
 
     pub fn node(&self, id: Id) -> Node {
