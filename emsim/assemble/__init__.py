@@ -46,6 +46,7 @@ class Assembly:
         "drawn",
         "flat",
         "flows",
+        "measured_by",
         "options",
         "outputs",
         "prints",
@@ -68,13 +69,16 @@ class Assembly:
         self.drawn: Drawing | None = None
         self.accounts = accounts
         self.flows: Flows | None = None  # of a circuit that is drawn
+        self.measured_by: dict[Analysis, list[Output]] = {}
 
     def measured(self, analysis: Analysis) -> list[Output]:
         """The quantities that the .meas and .four cards of an analysis read."""
         from .outputs import measured
 
-        axis = getattr(analysis, "axis", None)
-        return measured(self.ctx, analysis.word, axis.name if axis else "")
+        if analysis not in self.measured_by:
+            axis = getattr(analysis, "axis", None)
+            self.measured_by[analysis] = measured(self.ctx, analysis.word, axis.name if axis else "")
+        return self.measured_by[analysis]
 
     def noted(self) -> Assembly:
         """The same, with the equations as they were before they were compiled."""

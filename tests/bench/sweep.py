@@ -2,11 +2,13 @@
 
 For each deck: CPU milliseconds of a run by itself (read, assembled, compiled, run, measured), of a run from kept equations
 (emsim/sweeps/kept.py), and of that what the engine takes to make them again and what the run itself takes (the least of several
-batches); then a whole sweep in one process and in two, and ngspice's own loop over the same values.
+batches); then a whole sweep in one process and in two, and ngspice's own loop over the same values: seconds on the wall, and of
+CPU time, which others on the machine disturb less.
 """
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -59,14 +61,20 @@ def costs(source: str, name: str, value: float) -> tuple[float, float, float, fl
     return least(runner.alone, value, 50), least(kept.run, value, 50), made, solved
 
 
-def seconds(source: str, name: str, value: float, runs: int, jobs: int) -> float:
-    start = time.perf_counter()
+def cpu() -> float:
+    """Seconds of this process and of those that it has waited for."""
+    return sum(os.times()[:4])
+
+
+def seconds(source: str, name: str, value: float, runs: int, jobs: int) -> tuple[float, float]:
+    """On the wall, of CPU time."""
+    start, used = time.perf_counter(), cpu()
     swept = emsim.sweep(source, {name: [value * (1.0 + 1e-4 * k) for k in range(runs)]}, jobs=jobs)
     assert swept.complete and not swept.failed, next(iter(swept.failed.values()), "")
-    return time.perf_counter() - start
+    return time.perf_counter() - start, cpu() - used
 
 
-def ngspice(value: float, runs: int) -> float:
+def ngspice(value: float, runs: int) -> tuple[float, float]:
     """Seconds of ngspice's loop over the RC."""
     loop = RC.replace("{r}", "1k").replace(".param r=1k\n", "").replace(".meas tran top MAX v(b)\n", "")
     control = (
@@ -76,11 +84,11 @@ def ngspice(value: float, runs: int) -> float:
     with TemporaryDirectory() as folder:
         deck = Path(folder) / "loop.cir"
         deck.write_text(loop.replace(".end\n", control))
-        start = time.perf_counter()
+        start, used = time.perf_counter(), cpu()
         subprocess.run(
             [find(), "-b", str(deck)], cwd=folder, check=True, capture_output=True, stdin=subprocess.DEVNULL
         )
-        return time.perf_counter() - start
+        return time.perf_counter() - start, cpu() - used
 
 
 def main() -> None:
@@ -88,12 +96,13 @@ def main() -> None:
     print(f"{'deck, CPU ms a run':<22}" + "".join(f"{word:>12}" for word in head))
     for name, (source, of, value, _) in DECKS.items():
         print(f"{name:<22}" + "".join(f"{ms:>12.3f}" for ms in costs(source, of, value)))
-    print(f"\n{'deck, seconds':<22}{'runs':>12}{'one process':>12}{'two':>12}")
+    words = ("runs", "one process", "CPU", "two", "CPU")
+    print(f"\n{'deck, seconds':<22}" + "".join(f"{word:>12}" for word in words))
     for name, (source, of, value, runs) in DECKS.items():
-        one, two = (seconds(source, of, value, runs, jobs) for jobs in (1, 2))
-        print(f"{name:<22}{runs:>12}{one:>12.2f}{two:>12.2f}")
+        found = [s for jobs in (1, 2) for s in seconds(source, of, value, runs, jobs)]
+        print(f"{name:<22}{runs:>12}" + "".join(f"{s:>12.2f}" for s in found))
     if "--ngspice" in sys.argv[1:]:
-        print(f"{'RC, ngspice':<22}{1000:>12}{ngspice(1e3, 1000):>12.2f}")
+        print(f"{'RC, ngspice':<22}{1000:>12}" + "".join(f"{s:>12.2f}" for s in ngspice(1e3, 1000)))
 
 
 if __name__ == "__main__":

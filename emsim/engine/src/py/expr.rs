@@ -25,9 +25,9 @@ impl Expr {
             let e = e.get();
             if !Arc::ptr_eq(&e.graph, graph) {
                 let mut g = lock(graph);
-                let common = g.in_common(&e.graph).ok_or_else(|| {
-                    PyValueError::new_err("expressions of two different builders do not mix")
-                })?;
+                let common = g
+                    .in_common(&e.graph)
+                    .ok_or_else(|| PyValueError::new_err("expressions of two different builders do not mix"))?;
                 return Ok(g.take_over(&lock(&e.graph), e.id, common));
             }
             return Ok(e.id);

@@ -154,7 +154,8 @@ impl System {
         numbers: [Numbers; 4],
         waves: Vec<(usize, String, Vec<f64>, Option<f64>)>,
     ) -> PyResult<System> {
-        let missing = || PyValueError::new_err("again: the builder was not asked to keep what it made, or has no such number");
+        let missing =
+            || PyValueError::new_err("again: the builder was not asked to keep what it made, or has no such number");
         let origin = self.origin.clone().ok_or_else(missing)?;
         let mut model = origin.model.twin();
         let [g, c, sources, charges] = numbers;
@@ -167,7 +168,8 @@ impl System {
             }
         }
         for (k, kind, args, dc) in waves {
-            *model.waves.get_mut(k).ok_or_else(missing)? = Wave::new(&kind, &args, dc).map_err(PyValueError::new_err)?;
+            *model.waves.get_mut(k).ok_or_else(missing)? =
+                Wave::new(&kind, &args, dc).map_err(PyValueError::new_err)?;
         }
         let made = py.detach(|| {
             guarded(|| {
