@@ -344,11 +344,15 @@ def prepare(
 
         check(flat.measures, flat.sink)
     times = next((found[:2] for a in planned if (found := a.times()) is not None), (1.0, 1.0))
-    context = Context
+    context: Any = Context
     if recording:
         from .assemble.recording import Recording as context
+    if trace is not None:
+        from .assemble.numbered import context as of_trace
+
+        context = of_trace(trace)
     with NoCollection():
-        assembly = assemble(flat, settings, times, energy, context, planned, trace=trace)
+        assembly = assemble(flat, settings, times, energy, context, planned)
     for step in flat.steps:
         value = flat.params.get(step.name) if step.kind == "param" else None
         said = f"`{step.column}` is not stepped here" + ("" if value is None else f": it is {value:g}")

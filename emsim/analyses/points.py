@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
 POINT = 200  # bytes of a point of Python's while it is computed: its number, the pair or list that the engine reads, its answer
 
-LITTLE = 1e6  # bytes that every process has: nobody is asked
-
 
 class Points:
     """`count` numbers, of which the k-th is law(k, *given)."""
@@ -68,7 +66,7 @@ def check_memory(assembly: Assembly, analysis: Analysis) -> None:
     """Raises OutsideError (E509) where rows that are known before the run are more than the memory."""
     (rows, beside, hint), columns = analysis.rows(), 1 + len(assembly.outputs[analysis])
     asked = rows * (8.0 * columns * (1 + analysis.complex) + beside)
-    if asked < LITTLE or asked < (there := memory()):
+    if asked < (there := memory()):
         return
     from ..diagnostics import Diagnostic, OutsideError
 

@@ -7,12 +7,11 @@ from .outputs import Output, printed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from typing import Any, ClassVar, Protocol
 
-    from .._engine import System
+    from .._engine import Builder, System
     from ..elaborate.flat import FlatDeck
-    from ..traced import Trace
     from .accounts import Accounts
     from .clocked import Clocks
     from .drawing import Drawing
@@ -106,24 +105,22 @@ def assemble(
     options: dict[str, Any],
     times: tuple[float, ...],
     energy: bool = False,
-    context: type[Context] = Context,
+    context: Callable[[Builder, FlatDeck, dict[str, Any]], Context] = Context,
     analyses: Sequence[Analysis] = (),
     noted: bool = False,
-    trace: Trace | None = None,
 ) -> Assembly:
     """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults, a period behind them is that of
-    all; `context` is Recording where the deck is to be explained; `analyses` are those whose columns are compiled; `noted`: the
-    system keeps its equations as they were before they were compiled; `trace`: which of their numbers hang on traced ones is
-    noted by the builder.
+    all; `context` is Recording where the deck is to be explained, one with its own builder in sweeps (numbered.py); `analyses` are
+    those whose columns are compiled; `noted`: the system keeps its equations as they were before they were compiled.
 
     Raises DeckError with everything that is wrong with the deck.
     """
     from . import circuit, topology
     from .scale import scale
 
-    ctx, clocks = _unknowns(flat, options, times, context, noted=noted, trace=trace)
+    ctx, clocks = _unknowns(flat, options, times, context, noted=noted)
     if ctx.machine is not None and ctx.machine.open_reactions and not ctx.machine.shares:
-        ctx, clocks = _unknowns(flat, options, times, context, shares=True, noted=noted, trace=trace)
+        ctx, clocks = _unknowns(flat, options, times, context, shares=True, noted=noted)
     if ctx.machine is not None:
         size = ctx.scale = scale(ctx.machine)
         options.update(length=size.length, mass=size.mass)
@@ -167,22 +164,16 @@ def _unknowns(
     flat: FlatDeck,
     options: dict[str, Any],
     times: tuple[float, ...],
-    context: type[Context],
+    context: Callable[[Builder, FlatDeck, dict[str, Any]], Context],
     shares: bool = False,
     noted: bool = False,
-    trace: Trace | None = None,
 ) -> tuple[Context, Clocks | None]:
     """Circuit and machine with all their unknowns, so that every expression can name every node and branch. `shares`:
     loads are shared where equilibrium does not say how (sharing.py)."""
     from .._engine import Builder
     from . import circuit
 
-    builder: Any = Builder()
-    if trace is not None:
-        from .numbered import Numbered
-
-        builder = Numbered(builder, trace)
-    ctx = context(builder, flat, options)
+    ctx = context(Builder(), flat, options)
     ctx.times, ctx.shares = times, shares
     if noted or flat.inputs is not None:
         ctx.b.note_places()

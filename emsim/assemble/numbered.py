@@ -4,6 +4,7 @@ sources, and what waveforms are made of. All else that gets a traced number lose
 from __future__ import annotations
 
 from ..traced import Trace, Traced, holds
+from .context import Context
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -11,8 +12,14 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .._engine import Builder, System
+    from ..elaborate.flat import FlatDeck
 
     Numbers = list[tuple[int, int]]  # place, number of the traced value
+
+
+def context(trace: Trace) -> Callable[[Builder, FlatDeck, dict[str, Any]], Context]:
+    """What `assemble` takes, with such a builder."""
+    return lambda builder, flat, options: Context(Numbered(builder, trace), flat, options)  # type: ignore[arg-type]
 
 
 class Numbered:

@@ -107,22 +107,9 @@ def fit(
     import numpy as np
     from scipy.optimize import least_squares
 
-    measured = curves.experiments(data, columns)
-    asked = quantities.read(vary)
-    for one in measured:
-        if both := next((q.name for q in asked if q.name in one.conditions), None):
-            raise ValueError(f"`{both}` is to be found, and is a condition of an experiment")
-    tasks = [
-        Task(
-            path_or_text(source), {k: str(v) for k, v in (defines or {}).items()},
-            tuple(q.name for q in asked), tuple(one.names), one.times.tobytes(),
-            {key.lower(): value for key, value in (options or {}).items()}, tuple(one.conditions.items()),
-        )
-        for one in measured
-    ]  # fmt: skip
-    models = [Model(task) for task in tasks]
-    asked = [q.begun(_own(models[0], q)) for q in asked]
-    parts = [_Part(model, one, sigma) for model, one in zip(models, measured, strict=True)]
+    asked, tasks, parts = _experiments(
+        source, curves.experiments(data, columns), vary, sigma, options, defines
+    )
     search = _Search(parts, asked, Priors(priors or {}, asked), progress)
     known_noise = all(bool(part.told.all()) for part in parts)
     places = np.array([q.inner(q.first) for q in asked])
@@ -131,7 +118,7 @@ def fit(
         job = (
             tasks,
             asked,
-            [(one.values, part.scale) for one, part in zip(measured, parts, strict=True)],
+            [(part.data.values, part.scale) for part in parts],
             search.priors,
         )
         places, runs = search_everywhere(asked, _cost, job, seed, jobs or os.cpu_count() or 1, search.heard)
@@ -162,6 +149,32 @@ def fit(
         search.weigh(places)
         near = END if still or again + 2 == WEIGHINGS else FIRST
     return search.told(found, known_noise)
+
+
+def _experiments(
+    source: Source,
+    measured: list[Data],
+    vary: Mapping[str, object] | Sequence[str] | str,
+    sigma: float | Mapping[str, float] | None,
+    options: Mapping[str, Any] | None,
+    defines: Mapping[str, Any] | None,
+) -> tuple[list[Quantity], list[Task], list[_Part]]:
+    """What is to be found, from where on, and the deck of each experiment with its data."""
+    asked = quantities.read(vary)
+    for one in measured:
+        if both := next((q.name for q in asked if q.name in one.conditions), None):
+            raise ValueError(f"`{both}` is to be found, and is a condition of an experiment")
+    tasks = [
+        Task(
+            path_or_text(source), {k: str(v) for k, v in (defines or {}).items()},
+            tuple(q.name for q in asked), tuple(one.names), one.times.tobytes(),
+            {key.lower(): value for key, value in (options or {}).items()}, tuple(one.conditions.items()),
+        )
+        for one in measured
+    ]  # fmt: skip
+    models = [Model(task) for task in tasks]
+    asked = [q.begun(_own(models[0], q)) for q in asked]
+    return asked, tasks, [_Part(model, one, sigma) for model, one in zip(models, measured, strict=True)]
 
 
 def _own(model: Model, q: Quantity) -> float:

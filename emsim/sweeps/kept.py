@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from ..assemble import Assembly
     from ..draws import Draws
     from ..elaborate.flat import FlatDeck
-    from .runs import Outcome, Point, Runner
 
 LETTERS = "rlckviefgh"  # of elements whose numbers are numbers of the equations
 ASIDE, PLACE = 1.001, 0.37  # in place of values, and of random ones in their distributions
@@ -32,7 +31,7 @@ ANALYSES = ("op", "tran", "ac", "noise", "dc", "tf", "pz")
 TOLD = ("sink", "sources", "origin", "draws", "params", "option_spans", "named", "elements", "modules")
 
 
-def learn(runner: Runner, point: Point) -> Kept | None:
+def learn(runner: Any, point: Any) -> Kept | None:
     """The equations of a run, for those that follow; None where these have to be assembled anew. They are made for values a
     little aside, so that what hangs on a value and is not traced would be seen: the run has to come out to the last bit."""
     from ..diagnostics import DiagnosticError
@@ -54,14 +53,12 @@ def learn(runner: Runner, point: Point) -> Kept | None:
     return kept if found is not None and _same(found, own) else None
 
 
-def _assembled(runner: Runner, trace: Trace, values: dict[str, Traced], draws: Draws | None) -> Kept | None:
-    from .. import pipeline
-
+def _assembled(runner: Any, trace: Trace, values: dict[str, Traced], draws: Draws | None) -> Kept | None:
     flat = runner.read(dict(values), draws)
     places = _places(flat, trace)
     if trace.lost:
         return None
-    assembly, planned = pipeline.prepare(flat, dict(runner.task.options), False, trace=trace)
+    assembly, planned = runner.prepared(flat, dict(runner.task.options), trace)
     if trace.lost or any(a.word not in ANALYSES for a in planned):
         return None
     return Kept(runner, trace, assembly, planned, places)
@@ -123,11 +120,11 @@ def _within(value: Any, depth: int = 0) -> bool:
 
 
 class Kept:
-    """An assembled deck, and what of it hangs on what varies."""
+    """An assembled deck, and what of it hangs on what varies; `runner`, points and outcomes are those of runs.py."""
 
     def __init__(
         self,
-        runner: Runner,
+        runner: Any,
         trace: Trace,
         assembly: Assembly,
         planned: list[Analysis],
@@ -147,9 +144,8 @@ class Kept:
         self.drawn = [v.number if v.__class__ is Traced else v for v in draws.drawn]
         self.params = {k: v.number for k, v in assembly.flat.params.items() if v.__class__ is Traced}
 
-    def run(self, point: Point) -> Outcome | None:
+    def run(self, point: Any) -> Any:
         """None where it is to be run by itself."""
-        from .. import pipeline
         from ..diagnostics import DiagnosticError
 
         values = self.trace.again([*point.values, *(point.places or ())])
@@ -167,7 +163,7 @@ class Kept:
         made = copy(assembly)
         try:
             made.system = self._system(values)
-            result = pipeline.deliver(made, pipeline.solve(made, self.planned))
+            result = self.runner.solved(made, self.planned)
             signals = self.runner.signals(result)
         except (DiagnosticError, ValueError):
             return None
@@ -198,7 +194,7 @@ def _now(value: Any, values: list[Any]) -> Any:
     return values[value.number] if value.__class__ is Traced else value
 
 
-def _same(a: Outcome, b: Outcome) -> bool:
+def _same(a: Any, b: Any) -> bool:
     """To the last bit, nan or not."""
 
     def equal(x: Any, y: Any) -> bool:

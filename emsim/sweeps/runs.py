@@ -8,17 +8,18 @@ from ..diagnostics import ConvergenceError, DeckError, Span, deck_error
 from ..units import spice_number
 from .kept import learn
 
-KEEPS_FROM = 2  # a run by itself needs no equations for others
-
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
     from typing import Any
 
+    from ..analyses import Analysis
+    from ..assemble import Assembly
     from ..deck import Deck
     from ..draws import Draws
     from ..elaborate.flat import FlatDeck
     from ..result import Result, Table
+    from ..traced import Trace
     from .kept import Kept
 
 
@@ -143,27 +144,36 @@ class Runner:
     def run(self, point: Point) -> Outcome:
         """A run; by the equations of the runs before where these differ in numbers alone (kept.py)."""
         self.runs += 1
-        if self.runs == KEEPS_FROM:
+        if self.runs == 2:  # (a run that stays alone needs no equations for others)
             self.kept = learn(self, point)
         found = self.kept.run(point) if self.kept is not None else None
         return found or self.alone(point)
 
     def alone(self, point: Point) -> Outcome:
         """A run of its own."""
-        from .. import pipeline
-
         draws = self.drawing(point)
         try:
             flat = self.flat(point, draws)
             given = zip(self.task.names, point.values, strict=True)
             options = {**self.task.options, **{name: value for name, value in given if name == "temp"}}
-            assembly, planned = pipeline.prepare(flat, options, False)
-            result = pipeline.deliver(assembly, pipeline.solve(assembly, planned))
+            result = self.solved(*self.prepared(flat, options))
             signals = self.signals(result)
         except (ConvergenceError, DeckError) as error:
             drawn = [] if draws is None else draws.drawn
             return Outcome(point.number, {}, {}, [], _first(error.diagnostics), [], drawn=drawn)
         return self.outcome(point, result, signals, flat.draws.drawn)
+
+    def prepared(
+        self, flat: FlatDeck, options: dict[str, Any], trace: Trace | None = None
+    ) -> tuple[Assembly, list[Analysis]]:
+        from .. import pipeline
+
+        return pipeline.prepare(flat, options, False, trace=trace)
+
+    def solved(self, assembly: Assembly, planned: list[Analysis]) -> Result:
+        from .. import pipeline
+
+        return pipeline.deliver(assembly, pipeline.solve(assembly, planned))
 
     def outcome(self, point: Point, result: Result, signals: Signals, drawn: list[float]) -> Outcome:
         """What is kept of a run that got to its end."""
