@@ -190,7 +190,7 @@ class Runner:
         found: dict[str, Any] = {}
         for kind, columns in result.prints:
             table = result.table(kind)
-            for name in columns:
+            for name in table.signals if "all" in columns else columns:
                 values = table[name]
                 if len(values) and not table.is_complex(name):
                     found[name] = values[-1]
