@@ -3,6 +3,8 @@
 //! A node is built once: asking for the same operation on the same operands returns the same `Id`, so common
 //! subexpressions are shared by construction. What is constant folds away before anything runs; that is how a planar
 //! scene loses its third dimension (DESIGN.md, idea 3).
+mod copied;
+
 use crate::interrupt;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -177,33 +179,6 @@ impl Graph {
 
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
-    }
-
-    /// A copy that knows the nodes of `of`, whose beginning it has.
-    pub fn copy(&self, of: &Arc<Mutex<Graph>>) -> Graph {
-        Graph { copied: Some((of.clone(), self.nodes.len())), ..self.clone() }
-    }
-
-    /// Nodes in common with a graph that this is a copy of.
-    pub fn in_common(&self, with: &Arc<Mutex<Graph>>) -> Option<usize> {
-        self.copied.as_ref().filter(|(of, _)| Arc::ptr_eq(of, with)).map(|c| c.1)
-    }
-
-    /// A node of another graph, whose first `common` nodes this one has too.
-    pub fn take_over(&mut self, other: &Graph, id: Id, common: usize) -> Id {
-        if (id as usize) < common {
-            return id;
-        }
-        let mut here: HashMap<Id, Id> = HashMap::new();
-        for id in other.reachable(&[id]) {
-            let mut ops = [0; 3];
-            for (place, of) in ops.iter_mut().zip(other.node(id).operands()) {
-                *place = here[&of];
-            }
-            let made = if (id as usize) < common { id } else { self.rebuild(other.node(id), ops) };
-            here.insert(id, made);
-        }
-        here[&id]
     }
 
     pub fn node(&self, id: Id) -> Node {
