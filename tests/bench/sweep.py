@@ -1,4 +1,5 @@
-"""What a run of a sweep costs: `python tests/bench/sweep.py [--ngspice]`.
+"""What a run of a sweep costs: `python tests/bench/sweep.py [--ngspice]`; `--decks`: are runs from kept equations single runs to
+the last bit, on every deck of netlists/ whose runs are short?
 
 For each deck: CPU milliseconds of a run by itself (read, assembled, compiled, run, measured), of a run from kept equations
 (emsim/sweeps/kept.py), and of that what the engine takes to make them again and what the run itself takes (the least of several
@@ -17,7 +18,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import emsim
+from emsim import pipeline
+from emsim.diagnostics import DiagnosticError
+from emsim.elaborate.steps import has_plain_value
 from emsim.interop.ngspice import find
+from emsim.sweeps.kept import _same
 from emsim.sweeps.runs import Point, Runner, Task
 
 NETLISTS = Path(__file__).parents[2] / "netlists"
@@ -33,6 +38,7 @@ DECKS = {
     "741, .op": (OP741, "rl", 2e3, 1000),
 }
 BATCHES = 5
+LONG = 4.0  # s: decks that run longer are left out
 
 
 def least(run: object, value: float, runs: int) -> float:
@@ -55,8 +61,6 @@ def costs(source: str, name: str, value: float) -> tuple[float, float, float, fl
     assert kept is not None and kept.run(Point(0, (value,), None)) is not None
     values = kept.trace.again([value])
     made = least(lambda _: kept._system(values), value, 50)
-    from emsim import pipeline
-
     solved = least(lambda _: pipeline.solve(kept.assembly, kept.planned), value, 50)
     return least(runner.alone, value, 50), least(kept.run, value, 50), made, solved
 
@@ -91,7 +95,47 @@ def ngspice(value: float, runs: int) -> tuple[float, float]:
         return time.perf_counter() - start, cpu() - used
 
 
+def plain(e: object) -> float | None:
+    """The value of an element's line, where it is one number."""
+    value = e.extra.get("dc") if "dc" in e.extra else e.value  # type: ignore[attr-defined]
+    return (
+        value if e.letter in "rlcvi" and has_plain_value(e) and isinstance(value, float) and value else None
+    )  # type: ignore
+
+
+def decks() -> int:
+    """Three elements of each deck are swept at once; how many runs differ."""
+    seen = kept = wrong = 0
+    for path in sorted(NETLISTS.glob("**/*.cir")):
+        try:
+            flat = pipeline.read(str(path))
+            known = {e.name: v for e in flat.elements if (v := plain(e)) is not None}
+            if flat.steps or flat.commands or not known:
+                continue
+            names = tuple({list(known)[k]: None for k in (0, len(known) // 2, -1)})
+            runner = Runner(Task(str(path), {}, names, (), {}, 1))
+            points = [Point(k, tuple(known[n] * (1.0 + 0.02 * k) for n in names), None) for k in range(4)]
+            start = time.perf_counter()
+            runner.run(points[0])
+            if time.perf_counter() - start > LONG:
+                continue
+            found = [runner.run(point) for point in points[1:]]
+        except DiagnosticError:
+            continue
+        seen, kept = seen + 1, kept + (runner.kept is not None)
+        for point, outcome in zip(points[1:], found, strict=True):
+            own = runner.alone(point)
+            # (E414 says how long a run would take, by the clock)
+            if outcome.error[:4] != own.error[:4] or not (outcome.error or _same(outcome, own)):
+                wrong += 1
+                print(f"{path}: run {point} differs from a single run")
+    print(f"{seen} decks, {kept} of them from kept equations, {wrong} runs that differ")
+    return wrong
+
+
 def main() -> None:
+    if "--decks" in sys.argv[1:]:
+        sys.exit(bool(decks()))
     head = ("by itself", "kept", "made", "run")
     print(f"{'deck, CPU ms a run':<22}" + "".join(f"{word:>12}" for word in head))
     for name, (source, of, value, _) in DECKS.items():
