@@ -110,7 +110,7 @@ def assemble(
     noted: bool = False,
 ) -> Assembly:
     """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults, a period behind them is that of
-    all; `context` is Recording where the deck is to be explained, one with its own builder in sweeps (numbered.py); `analyses` are
+    all; `context` is Recording where the deck is to be explained, one with its builder in sweeps (numbered.py); `analyses` are
     those whose columns are compiled; `noted`: the system keeps its equations as they were before they were compiled.
 
     Raises DeckError with everything that is wrong with the deck.
