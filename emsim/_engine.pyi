@@ -237,7 +237,10 @@ class Builder:
         rhs: Sequence[float],
     ) -> list[float]:
         """The mass-weighted smallest change of u0 with H u = rhs."""
-    def compile(self) -> System: ...
+    def constants(self) -> list[int]:
+        """How many constants of F, of Q, of sources, and charges of a start with UIC there are so far."""
+    def compile(self, kept: bool = False) -> System:
+        """`kept`: for `System.again`."""
 
 @final
 class System:
@@ -269,6 +272,15 @@ class System:
     def lags(self, outputs: Sequence[Expr], /) -> list[bool]:
         """Of each expression: does it read an unknown of higher index (a multiplier, the current of a capacitor across a source),
         which methods know less well than the state?"""
+    def again(
+        self,
+        numbers: Sequence[Sequence[tuple[int, float]]],
+        waves: Sequence[tuple[int, str, Sequence[float], float | None]],
+        /,
+    ) -> System:
+        """The system that the same builder would have made with other numbers: constants of F, of Q, of sources, and charges of
+        a start with UIC, by place, and waves. It takes the expressions of this one. Raises
+        ValueError where the builder was not told to keep what it made."""
     def paces(self, tstop: float, /) -> list[list[int]]:
         """Unknowns of circuits that nothing ties to each other, by the pace of their sources, slowest first, where a run of that
         length gains from giving each pace steps of its own; else none."""

@@ -6,6 +6,8 @@ Each draw is a place u between 0 and 1 in its distribution, so a sweep may choos
 
 from __future__ import annotations
 
+from .traced import applied
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -69,6 +71,7 @@ class Draws:
         def draw(*arguments: float) -> float:
             return self._draw(call, *RANDOM[function][2](*arguments))
 
+        draw.traces = True  # type: ignore[attr-defined]
         return draw
 
     def tolerance(self, name: str, share: float, span: Any) -> float:
@@ -78,7 +81,7 @@ class Draws:
         return self._draw(Tolerance(f"{name} tol={100 * share:g}%", span), 1.0, share, "even")
 
     def _draw(self, call: Any, *spread: Any) -> float:
-        self.drawn.append(at(self._place(), *spread))
+        self.drawn.append(applied(at, (self._place(), *spread)))
         self.asked.append(call)
         return self.drawn[-1]
 

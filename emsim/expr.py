@@ -11,6 +11,7 @@ import math
 from .diagnostics import Placed, did_you_mean, instead, suggest
 from .draws import RANDOM, Draws, is_random
 from .functions import BRANCHES, MATH, OF_COLUMNS, OF_TICKS, OF_TIME, power
+from .traced import applied
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -401,7 +402,7 @@ def _evaluate_call(node: Call, scope: Scope, calls: _Calls) -> float:
 
 def _apply(function: Callable[..., float], args: tuple[float, ...], node: Node) -> float:
     try:
-        return float(function(*args))
+        return applied(function, args)
     except ZeroDivisionError:
         raise ExprError("E124", f"division by zero in `{_short(node)}`", node.span) from None
     except (ValueError, OverflowError):
@@ -611,7 +612,7 @@ def _fold_place(node: Node, scope: Scope, bound: dict[str, Node], calls: _Calls)
 def _constant(function: Callable[..., float], args: list[float], otherwise: Node) -> Node:
     """The folded constant; where it has no finite value, the expression stays for the run to judge."""
     try:
-        value = float(function(*args))
+        value = applied(function, args)
     except (ValueError, OverflowError, ZeroDivisionError):
         return otherwise
     return Num(value, otherwise.at) if math.isfinite(value) else otherwise

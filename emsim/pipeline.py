@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .store import Scene
     from .system import System
     from .table import Table
+    from .traced import Trace
 
     Options = Mapping[str, Any]
     Progress = Callable[[float, float, float, int, int], object]
@@ -324,9 +325,14 @@ def _option(options: Options | None, name: str) -> Any:
 
 
 def prepare(
-    flat: FlatDeck, options: Options | None = None, energy: bool = False, recording: bool = False
+    flat: FlatDeck,
+    options: Options | None = None,
+    energy: bool = False,
+    recording: bool = False,
+    trace: Trace | None = None,
 ) -> tuple[Assembly, list[Analysis]]:
-    """Flat deck -> compiled system, and the analyses with their settings. `recording` notes who contributed what."""
+    """Flat deck -> compiled system, and the analyses with their settings. `recording` notes who contributed what,
+    `trace` of which numbers that it follows the equations are made (assemble/numbered.py)."""
     from .analyses import plan, refused
     from .assemble import Compiling, assemble
     from .assemble.options import resolve
@@ -340,9 +346,13 @@ def prepare(
 
         check(flat.measures, flat.sink)
     times = next((found[:2] for a in planned if (found := a.times()) is not None), (1.0, 1.0))
-    context = Compiling
+    context: Any = Compiling
     if recording:
         from .assemble.recording import Recording as context
+    if trace is not None:
+        from .assemble.numbered import context as of_trace
+
+        context = of_trace(trace)
     with NoCollection():
         assembly = assemble(flat, settings, times, energy, context, planned)
     for step in flat.steps:

@@ -8,10 +8,10 @@ from .outputs import printed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from typing import Any, ClassVar, Protocol
 
-    from .._engine import System
+    from .._engine import Builder, System
     from ..elaborate.flat import FlatDeck
     from .accounts import Accounts
     from .clocked import Clocks
@@ -55,13 +55,16 @@ class Assembly:
         self.drawn: Drawing | None = None
         self.accounts = accounts
         self.flows: Flows | None = None  # of a circuit that is drawn
+        self.measured_by: dict[Analysis, list[Output]] = {}
 
     def measured(self, analysis: Analysis) -> list[Output]:
         """The quantities that the .meas and .four cards of an analysis read."""
         from .outputs import measured
 
-        axis = getattr(analysis, "axis", None)
-        return measured(self.ctx, analysis.word, axis.name if axis else "")
+        if analysis not in self.measured_by:
+            axis = getattr(analysis, "axis", None)
+            self.measured_by[analysis] = measured(self.ctx, analysis.word, axis.name if axis else "")
+        return self.measured_by[analysis]
 
     def noted(self) -> Assembly:
         """The same, with the equations as they were before they were compiled."""
@@ -89,13 +92,13 @@ def assemble(
     options: dict[str, Any],
     times: tuple[float, ...],
     energy: bool = False,
-    context: type[Context] = Compiling,
+    context: Callable[[Builder, FlatDeck, dict[str, Any]], Context] = Compiling,
     analyses: Sequence[Analysis] = (),
     noted: bool = False,
 ) -> Assembly:
     """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults, a period behind them is that of
-    all; `context` is Recording where the deck is to be explained; `analyses` are those whose columns are compiled; `noted`: the
-    system keeps its equations as they were before they were compiled.
+    all; `context` is Recording where the deck is to be explained, one with its builder in sweeps (numbered.py); `analyses` are
+    those whose columns are compiled; `noted`: the system keeps its equations as they were before they were compiled.
 
     Raises DeckError with everything that is wrong with the deck.
     """
@@ -149,7 +152,7 @@ def _unknowns(
     flat: FlatDeck,
     options: dict[str, Any],
     times: tuple[float, ...],
-    context: type[Context],
+    context: Callable[[Builder, FlatDeck, dict[str, Any]], Context],
     shares: bool = False,
     noted: bool = False,
 ) -> tuple[Context, Clocks | None]:

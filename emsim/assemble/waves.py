@@ -22,6 +22,7 @@ from itertools import pairwise
 from math import ceil, isfinite
 
 from ..diagnostics import Fix, Span
+from ..traced import number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -41,21 +42,21 @@ def of_source(e: Element, times: tuple[float, ...], sink: Sink, runs: bool = Tru
     dc = e.extra.get("dc")
     if e.wave is None:
         value = dc if dc is not None else e.value
-        return "dc", [float(value) if isinstance(value, (int, float)) else 0.0], None
+        return "dc", [number(value) if isinstance(value, (int, float)) else 0.0], None
     if e.wave.kind in RANDOM_KINDS:
-        plain = 0.0 if dc is None else float(dc)
+        plain = 0.0 if dc is None else number(dc)
         if not runs:
             return "dc", [plain], None
         kind, args = resolve(e.wave, times, sink)
         return kind, [a + plain if k % 2 else a for k, a in enumerate(args)] if kind == "pwl" else args, None
     kind, args = resolve(e.wave, times, sink)
-    return kind, args, None if dc is None else float(dc)
+    return kind, args, None if dc is None else number(dc)
 
 
 def resolve(wave: Waveform, times: tuple[float, ...], sink: Sink) -> tuple[str, list[float]]:
     """Kind and complete arguments. `times` are (tstep, tstop) of the transient analysis [s]; with a period behind them the
     waveform is continued into the past, E440 where it does not repeat."""
-    kind, given = wave.kind.lower(), [float(a) for a in wave.args]
+    kind, given = wave.kind.lower(), [number(a) for a in wave.args]
     rule = RULES.get(kind)
     if rule is None:
         sink.error(

@@ -1,8 +1,10 @@
-"""usage: emsim fit [options] deck.cir data.csv -p NAME ...
+"""usage: emsim fit [options] deck.cir data.csv ... -p NAME ...
 
 Finds values of parameters, elements, models and machine cards with which the deck's transient goes through measured curves,
 by least squares with exact derivatives. data.csv has a column `time` and one for each signal, called as .print calls it. Told
-are the values, the intervals that hold the true ones with 95 % probability, and what the data cannot tell apart.
+are the values, the intervals that hold the true ones with 95 % probability, and what the data cannot tell apart. A column
+sigma(v(out)) has the standard deviations of v(out). Several files are several experiments, and what was set in one of them
+stands behind its name: hot.csv:vin=5,temp=85
 
   emsim fit motor.cir startup.csv -p r -p l -p kt -p j=1u..1m --column speed='omega(shaft)'"""
 
@@ -27,6 +29,12 @@ OPTIONS = [
         "NAME=SIGNAL",
         repeat=True,
     ),
+    Option(
+        "--prior",
+        "what is known before: a mean and a standard deviation, r=1k+-50 or r=1k+-5%",
+        "NAME=MEAN+-DEVIATION",
+        repeat=True,
+    ),
     Option("--sigma", "standard deviation of the noise, instead of what is left", "X"),
     Option("-o --output", "time, data, curves and what is left, as CSV", "FILE"),
     Option("--plot", "a picture of data and curves; .png .svg .pdf", "FILE"),
@@ -39,24 +47,30 @@ def main(args: Sequence[str]) -> int:
     from ..fits import fit
 
     given = parse(args, OPTIONS)
-    if len(given.words) != 2:
-        raise UsageError("emsim fit takes a deck and a file of data: emsim fit deck.cir data.csv -p NAME")
-    deck, file = given.words
+    if len(given.words) < 2:
+        raise UsageError("emsim fit takes a deck and files of data: emsim fit deck.cir data.csv -p NAME")
+    deck, *files = given.words
     quantities = asked(given)
     more = shared(given)
     table, picture = given.text("output"), given.picture()
     check_targets([path for path in (table, picture) if path], deck)
     columns = dict(text.partition("=")[::2] for text in given.all("column"))
     try:
-        measured = curves.read(file, columns)
+        measured = curves.experiments([curves.conditioned(file) for file in files], columns)
     except (ValueError, UnicodeError) as error:
         deck_error("E436", str(error), hint="a line of names, `time` among them, then numbers")
     heard = Heard(given.has("quiet") or given.has("json"))
-    values = {"time": measured.times, **dict(zip(measured.names, measured.values.T, strict=True))}
+    priors = dict(text.partition("=")[::2] for text in given.all("prior"))
     vary = {q.name: q for q in quantities}
     try:
         found = fit(
-            stdin_text() if deck == "-" else deck, values, vary, sigma=_sigma(given), progress=heard, **more
+            stdin_text() if deck == "-" else deck,
+            measured,
+            vary,
+            sigma=_sigma(given),
+            progress=heard,
+            priors=priors,
+            **more,
         )
     except ValueError as error:
         raise UsageError(str(error)) from None
@@ -101,10 +115,13 @@ def remarks(found: Fitted) -> Iterator[Diagnostic]:
 
 
 def summary(found: Fitted) -> Iterator[str]:
-    signals = len(found.data.names)
-    yield f"{len(found.data.times)} times of {signals} signal{'s' if signals > 1 else ''}, {found.runs} runs"
-    if missing := sum(v != v for row in found.data.values.tolist() for v in row):
-        yield f"{missing} of {found.data.values.size} values are missing in the data, and count for nothing"
+    signals, several = len(found.left), len(found.experiments)
+    times = sum(len(data.times) for data, _ in found.experiments)
+    of = f" in {several} experiments" if several > 1 else ""
+    yield f"{times} times of {signals} signal{'s' if signals > 1 else ''}{of}, {found.runs} runs"
+    values = [v for data, _ in found.experiments for row in data.values.tolist() for v in row]
+    if missing := sum(v != v for v in values):
+        yield f"{missing} of {len(values)} values are missing in the data, and count for nothing"
     width = max(map(len, [*found.names, *found.left]))
     for name in found.names:
         low, high = found.intervals[name]
@@ -119,18 +136,25 @@ def summary(found: Fitted) -> Iterator[str]:
 
 
 def write(found: Fitted, path: str) -> None:
-    """Of each signal the data, the curve, and their difference."""
+    """Of each signal the data, the curve, and their difference; of several experiments with their numbers, from 1 on."""
     import csv
 
     from ..outputs.beside import replacing
 
-    names = ["time", *(f"{word}{name}" for name in found.data.names for word in ("", "fit:", "left:"))]
+    signals = list(found.left)
+    names = ["time", *(f"{word}{name}" for name in signals for word in ("", "fit:", "left:"))]
+    several = len(found.experiments) > 1
     with replacing(path) as beside, open(beside, "w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
-        rows.writerow(names)
-        for k, t in enumerate(found.data.times):
-            cells = [float(t)]
-            for j in range(len(found.data.names)):
-                data, curve = float(found.data.values[k, j]), float(found.curves[k, j])
-                cells += [data, curve, curve - data]
-            rows.writerow([repr(c) for c in cells])
+        rows.writerow(["experiment", *names] if several else names)
+        for number, (data, curves) in enumerate(found.experiments, 1):
+            for k, t in enumerate(data.times):
+                cells = [*([str(number)] if several else []), repr(float(t))]
+                for name in signals:
+                    if name not in data.names:
+                        cells += [""] * 3
+                        continue
+                    j = data.names.index(name)
+                    was, curve = float(data.values[k, j]), float(curves[k, j])
+                    cells += [repr(was), repr(curve), repr(curve - was)]
+                rows.writerow(cells)

@@ -58,7 +58,12 @@ OPTIONS = [
         "GOAL",
         repeat=True,
     ),
-    Option("--save", "a signal to keep of every run, as .print takes it", "SIGNAL", repeat=True),
+    Option(
+        "--save",
+        "a signal to keep of every run, as .print takes it; ac:vdb(out), op:v(a) are those of an analysis",
+        "SIGNAL",
+        repeat=True,
+    ),
     Option(
         "-o --output",
         "the table, instead of deck.sweep.csv; .parquet; .nc or .zarr: with the signals",

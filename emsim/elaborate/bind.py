@@ -9,6 +9,7 @@ from __future__ import annotations
 from ..deck import MachineCard, Ref, Waveform
 from ..diagnostics import Sink
 from ..expr import Call, ExprError, Name, Node, Num, Scope, evaluate, fold, is_constant, to_text
+from ..traced import number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -185,7 +186,7 @@ def _tolerance(flat: Element, level: Level) -> None:
             "E363", f"`{flat.name}` cannot be off by {percent:g} %", flat.span, "tol=5% is 5 per cent"
         )
     factor = level.scope.draws.tolerance(flat.name, 0.01 * percent, flat.span)
-    if factor != 1.0:
+    if level.scope.draws.tolerances:
         scale = flat.params.get("scale", 1.0)
         flat.params = {**flat.params, "scale": factor * (scale if isinstance(scale, float) else 1.0)}
 
@@ -206,7 +207,7 @@ def _bind_values(flat: Element, e: Element, level: Level) -> None:
 
 
 def _number(value: Any, scope: Scope) -> float:
-    return evaluate(value, scope) if isinstance(value, Node) else float(value)
+    return evaluate(value, scope) if isinstance(value, Node) else number(value)
 
 
 def _param(value: Any, scope: Scope) -> Any:

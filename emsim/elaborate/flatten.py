@@ -33,6 +33,7 @@ from ..elements import MODEL_TYPES, Element
 from ..expr import Call, ExprError, Name, Node, evaluate, fold
 from ..source import NoCollection
 from ..syntax import LineError
+from ..traced import number
 from ..units import ABSOLUTE_ZERO, spice_leftover, spice_number
 from .bind import Level, bind_element, bind_machine_card
 from .flat import FlatDeck
@@ -156,10 +157,10 @@ class _Flattener:
     def define(self, scope: DeckScope) -> None:
         for key, given in self.deck.defines.items():
             name = key.lower()
-            # 4.7kohm is a number, 2*pi begins as one
-            value = spice_number(str(given)) if not spice_leftover(str(given)) else None
             if isinstance(given, (int, float)):
-                value = float(given)
+                value: float | None = number(given)
+            else:  # 4.7kohm is a number, 2*pi begins as one
+                value = spice_number(str(given)) if not spice_leftover(str(given)) else None
             if value is not None:
                 scope.values[name] = value
                 continue

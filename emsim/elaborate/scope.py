@@ -10,6 +10,7 @@ from ..deck import Func, Model, Param, Subckt
 from ..diagnostics import Sink
 from ..draws import Draws
 from ..expr import OUTSIDE, SIGNAL, ExprError, Name, Node, Num, Scope, evaluate, fold, names
+from ..traced import number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -200,4 +201,4 @@ def as_float(value: Any, scope: Scope) -> float:
         return value.value
     if isinstance(value, Node):
         return evaluate(value, scope)
-    return float(value)
+    return number(value)

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 from ..diagnostics import did_you_mean, instead, suggest
 from ..expr import Node, evaluate
+from ..traced import number
 from .words import NOTHING, TC, TEMPERATURE, M, Param, Written, ignored, named, the_last_holds
 
 TYPE_CHECKING = False
@@ -148,7 +149,7 @@ class Element(Written):
             if key in self.params:
                 return self.number(key)
             if place < len(pair):
-                return float(pair[place])
+                return number(pair[place])
             return float(params.get(key, params.get(key + "r", 0.0)))  # tc1r: of resistors
 
         dt = self.temperature(ctx) - float(params.get("tnom", ctx.tnom))
@@ -281,4 +282,4 @@ class Element(Written):
 
 def number_at(value: Any, level: Level) -> float:
     """A value of a line that must be known before the run. Raises ExprError."""
-    return evaluate(value, level.scope) if isinstance(value, Node) else float(value)
+    return evaluate(value, level.scope) if isinstance(value, Node) else number(value)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from ..build_expr import expression, extent, node_name, transform
 from ..diagnostics import Fix, Span, deck_error
 from ..expr import Name, Node, calls, fold
+from ..traced import number
 from ..units import spice_number
 from .base import CONDUCTS, DRIVES, TC, VOLTAGE, Element, Param, named, number_at
 
@@ -190,7 +191,7 @@ class Controlled(Element):
     def linear_terms(self, ctx: Circuit) -> Terms | None:
         """(unknown, gain) pairs when the source is a homogeneous linear one, else None."""
         if self.how == "linear":
-            gains = [float(self.value)]
+            gains = [number(self.value)]
         elif self.how == "poly":
             coeffs = [float(c) for c in self.extra["coeffs"]]
             if not coeffs or coeffs[0] or any(coeffs[1 + int(self.extra["dims"]) :]):

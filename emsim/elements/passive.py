@@ -5,6 +5,7 @@ from __future__ import annotations
 from ..build_expr import expression, extent, node_name, renamed
 from ..diagnostics import Fix
 from ..expr import OWN, Name, Node, Num, rewritten
+from ..traced import number
 from .base import TC, TEMPERATURE, Element, M, Param, ignored
 
 TYPE_CHECKING = False
@@ -85,7 +86,7 @@ class Passive(Element):
     def nominal(self, ctx: Circuit) -> float:
         """The value on the line, or what the model makes of it; an error when there is neither."""
         if isinstance(self.value, (int, float)):
-            return float(self.value)
+            return number(self.value)
         value = self.from_model(self.model.params if self.model else {})
         if value is None:
             ctx.sink.error(
@@ -102,7 +103,7 @@ class Passive(Element):
     def judge_capital(self, ctx: Circuit) -> None:
         """W112: SPICE knows no capitals. A resistor of 1M has 1 milliohm, a capacitor of 1F 1 femtofarad."""
         below, letter, made, meant, written = self.big
-        if self.value.__class__ is not float or not self.value < below or (span := self.value_span) is None:
+        if not isinstance(self.value, float) or not self.value < below or (span := self.value_span) is None:
             return
         digits = span.text[:-1]
         if span.text[-1:] == letter and digits.replace(".", "", 1).isdigit():

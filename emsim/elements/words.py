@@ -9,6 +9,7 @@ from ..diagnostics import Diagnostic, Fix, Sink
 from ..expr import Bare, Num
 from ..source import Line
 from ..syntax import LineError
+from ..traced import number
 from ..units import spice_leftover, spice_number
 
 TYPE_CHECKING = False
@@ -435,7 +436,7 @@ class Written:
         value = self.params.get(key, default)
         if isinstance(value, (tuple, list)):
             value = value[0] if value else default
-        return float(value) if isinstance(value, (int, float)) else default
+        return number(value) if isinstance(value, (int, float)) else default
 
     def known(self) -> Iterable[str]:
         """Parameters that the line takes."""

@@ -22,6 +22,7 @@ class Task(NamedTuple):
     signals: tuple[str, ...]
     times: bytes  # of the data, float64
     options: dict[str, Any]
+    conditions: tuple[tuple[str, float], ...] = ()  # of the experiment
 
 
 class Model:
@@ -34,6 +35,7 @@ class Model:
         from ..build import parse_signals
         from ..diagnostics import Span, deck_error
         from ..elaborate import flatten
+        from ..elaborate.quantity import value
 
         self.task, self.times = task, np.frombuffer(task.times)
         self.deck = pipeline.load(task.source, task.fixed, options=task.options)
@@ -44,6 +46,8 @@ class Model:
         if self.flat.steps or self.flat.commands:
             what = ".step" if self.flat.steps else ".control"
             deck_error("E437", f"the deck has {what} itself, which says what is run", hint="take it out")
+        for name, _ in task.conditions:
+            value(self.flat, name)  # raises where nothing has it
 
     def run(self, values: tuple[float, ...], slopes: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Signals at the data's times, array of (times, signals), and their derivatives, (times, signals, quantities). Raises
@@ -59,7 +63,7 @@ class Model:
         from ..source import NoCollection
 
         task = self.task
-        given = dict(zip(task.names, values, strict=True))
+        given = {**dict(task.conditions), **dict(zip(task.names, values, strict=True))}
         options = {**task.options, **({"temp": given["temp"]} if "temp" in given else {})}
         flat = with_values(self.deck, given, self.place, options.get("temp"), said=self.said)
         settings = resolve(flat, options)

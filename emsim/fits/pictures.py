@@ -20,13 +20,19 @@ def draw(found: Fitted, path: str) -> None:
         from matplotlib.figure import Figure
     except ImportError:
         raise missing_package("pictures need", "matplotlib", "plot") from None
-    names, times = found.data.names, found.data.times
-    figure = Figure(figsize=(WIDTH, 1.6 * HEIGHT * len(names)), layout="constrained")
-    heights = [3, 1] * len(names)
-    panels = figure.subplots(2 * len(names), 1, squeeze=False, sharex=True, height_ratios=heights)[:, 0]
-    for k, name in enumerate(names):
+    several = len(found.experiments) > 1
+    shown = [
+        (f"{name}, {number}" if several else name, data.times, data.values[:, k], curves[:, k])
+        for number, (data, curves) in enumerate(found.experiments, 1)
+        for k, name in enumerate(data.names)
+    ]
+    figure = Figure(figsize=(WIDTH, 1.6 * HEIGHT * len(shown)), layout="constrained")
+    heights = [3, 1] * len(shown)
+    panels = figure.subplots(2 * len(shown), 1, squeeze=False, sharex=not several, height_ratios=heights)[
+        :, 0
+    ]
+    for k, (name, times, data, curve) in enumerate(shown):
         above, below = panels[2 * k], panels[2 * k + 1]
-        data, curve = found.data.values[:, k], found.curves[:, k]
         above.plot(times, data, ".", ms=3, color="#888", label="data")
         above.plot(times, curve, color="#b03030", lw=1.2, label="fitted")
         above.set(ylabel=name)

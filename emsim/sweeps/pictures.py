@@ -80,7 +80,7 @@ def family(axes: Any, swept: Swept, name: str, goals: Sequence[Goal]) -> None:
             )
         if values and len(values) <= 8:
             axes.legend(frameon=False, fontsize="small")
-    axes.set(xlabel=next(o.over for o in swept.good()), ylabel=name)
+    axes.set(xlabel=swept.over(name), ylabel=name)
 
 
 def course(axes: Any, swept: Swept, name: str, goals: Sequence[Goal]) -> None:

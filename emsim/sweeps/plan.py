@@ -44,7 +44,7 @@ def sweep(
               R, C, L, V, I. Several make a grid
     scheme    what the deck's random values do at each point of the grid: nominal, mc, lhs, sobol, corners, sensitivity, indices
     runs      of mc, lhs, sobol, indices; seed: theirs
-    signals   columns and expressions to keep, on the print grid; measures are kept anyhow
+    signals   columns and expressions to keep, on the print grid, "ac:vdb(b)" of an analysis by name; measures are kept anyhow
     jobs      processes; None: as many as there are cores. Scripts need `if __name__ == "__main__":` then
     cluster   address of a Dask scheduler, in place of jobs
     journal   a file that keeps what has been computed: the same sweep goes on from there

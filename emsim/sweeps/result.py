@@ -139,12 +139,23 @@ class Swept:
         """(its axis, the signal over sweep and axis): runs of different length end in nan."""
         import numpy as np
 
-        longest = max(self.outcomes.values(), key=lambda o: len(o.axis))
-        found = np.full((self.size, len(longest.axis)), np.nan)
+        axis = max((self._axis(o, name)[1] for o in self.outcomes.values()), key=len)
+        found = np.full((self.size, len(axis)), np.nan)
         for k, outcome in self.outcomes.items():
             values = outcome.signals.get(name.lower(), [])
             found[k, : len(values)] = values
-        return np.array(longest.axis), found.reshape(*self.shape, -1)
+        return np.array(axis), found.reshape(*self.shape, -1)
+
+    def over(self, name: str) -> str:
+        """What the axis of a signal is; "" of a point."""
+        return next((self._axis(o, name)[0] for o in self.good()), "")
+
+    def _axis(self, outcome: Outcome, name: str) -> tuple[str, Sequence[float]]:
+        from .runs import analysis_of
+
+        kind = analysis_of(name)[0]
+        over, axis = outcome.axes.get(kind, ("", [])) if kind else (outcome.over, outcome.axis)
+        return over, axis
 
     # ---- statistics ----
 
@@ -319,6 +330,8 @@ class Swept:
         import numpy as np
         import xarray as xr
 
+        from .runs import analysis_of
+
         dims = [axis.name for axis in self.axes]
         if len(self.shape) > len(dims):
             dims.append("run")
@@ -327,12 +340,13 @@ class Swept:
         coords: dict[str, Any] = {axis.name: list(axis.values) for axis in self.axes}
         if self.task.signals and self.outcomes:
             kept = next((list(o.signals) for o in self.good()), [])
-            over = next((o.over for o in self.good()), "")
             for name in kept:
-                places, values = self.signal(name)
+                (places, values), over = self.signal(name), self.over(name)
                 if not over:  # of a point there is one value a run
                     data[name] = (dims, values[..., 0])
                     continue
+                if over in coords and not np.array_equal(coords[over], places):  # of another analysis
+                    over = f"{analysis_of(name)[0]}:{over}"
                 coords[over] = places
                 data[name] = ([*dims, over], values)
         error = np.full(self.size, "", dtype=object)

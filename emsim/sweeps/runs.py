@@ -6,16 +6,21 @@ from typing import NamedTuple
 
 from ..diagnostics import ConvergenceError, DeckError, Span, deck_error
 from ..units import spice_number
+from .kept import learn
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
     from typing import Any
 
+    from ..analyses import Analysis
+    from ..assemble import Assembly
     from ..deck import Deck
     from ..draws import Draws
     from ..elaborate.flat import FlatDeck
-    from ..result import Result
+    from ..result import Result, Table
+    from ..traced import Trace
+    from .kept import Kept
 
 
 class Task(NamedTuple):
@@ -24,7 +29,9 @@ class Task(NamedTuple):
     source: str | bytes  # path, or text
     fixed: dict[str, str]  # -D of one value
     names: tuple[str, ...]  # what varies
-    signals: tuple[str, ...]  # columns and expressions that are kept, on the print grid
+    signals: tuple[
+        str, ...
+    ]  # columns and expressions that are kept, on the print grid; ac:vdb(b) is of that analysis
     options: dict[str, Any]
     seed: int
 
@@ -47,6 +54,9 @@ class Outcome(NamedTuple):
     warnings: list[str]
     over: str = ""  # what the axis of the signals is
     drawn: Sequence[float] = ()
+    axes: Mapping[
+        str, Sequence[Any]
+    ] = {}  # of signals of a named analysis: analysis -> (what its axis is, the axis)
 
 
 class Runner:
@@ -64,13 +74,20 @@ class Runner:
         }
         words = {name: text for name, text in task.fixed.items() if name not in self.fixed}
         with NoCollection():
-            probes = [p for text in task.signals for p in parse_signals(text)]
+            self.signal_names: list[tuple[str, str]] = []  # analysis or "", column
+            probes = []
+            for text in task.signals:
+                kind, of = analysis_of(text)
+                found = parse_signals(of)
+                probes += found
+                self.signal_names += [(kind, p.text.strip().lower()) for p in found]
             self.deck: Deck = build(task.source, words, probes, task.options.get("dialect"))
         # the names of its parameters are known behind a first reading
         self.exist(flatten(self.deck, task.options.get("temp")), self.fixed)
         self.place = Span(self.deck.file, 1, 1, 2)  # of what -D steps: there is no card
         self.parsed = list(self.deck.sink.diagnostics)
-        self.columns = [p.text.strip().lower() for p in probes]
+        self.runs = 0
+        self.kept: Kept | None = None
 
     def drawing(self, point: Point) -> Draws | None:
         """What draws the random values of a run; None: the deck's seed."""
@@ -125,22 +142,46 @@ class Runner:
         return self.read({}, Draws(tolerances=True)).draws
 
     def run(self, point: Point) -> Outcome:
-        from .. import pipeline
+        """A run; by the equations of the runs before where these differ in numbers alone (kept.py)."""
+        self.runs += 1
+        if self.runs == 2:  # (a run that stays alone needs no equations for others)
+            self.kept = learn(self, point)
+        found = self.kept.run(point) if self.kept is not None else None
+        return found or self.alone(point)
 
+    def alone(self, point: Point) -> Outcome:
+        """A run of its own."""
         draws = self.drawing(point)
         try:
             flat = self.flat(point, draws)
             given = zip(self.task.names, point.values, strict=True)
             options = {**self.task.options, **{name: value for name, value in given if name == "temp"}}
-            assembly, planned = pipeline.prepare(flat, options, False)
-            result = pipeline.deliver(assembly, pipeline.solve(assembly, planned))
-            axis, signals = self.signals(result)
+            result = self.solved(*self.prepared(flat, options))
+            signals = self.signals(result)
         except (ConvergenceError, DeckError) as error:
             drawn = [] if draws is None else draws.drawn
             return Outcome(point.number, {}, {}, [], _first(error.diagnostics), [], drawn=drawn)
+        return self.outcome(point, result, signals, flat.draws.drawn)
+
+    def prepared(
+        self, flat: FlatDeck, options: dict[str, Any], trace: Trace | None = None
+    ) -> tuple[Assembly, list[Analysis]]:
+        from .. import pipeline
+
+        return pipeline.prepare(flat, options, False, trace=trace)
+
+    def solved(self, assembly: Assembly, planned: list[Analysis]) -> Result:
+        from .. import pipeline
+
+        return pipeline.deliver(assembly, pipeline.solve(assembly, planned))
+
+    def outcome(self, point: Point, result: Result, signals: Signals, drawn: list[float]) -> Outcome:
+        """What is kept of a run that got to its end."""
         measures = {name: float(value) for name, value in self.measures(result).items()}
-        over = result.main.axis.name if signals and result.main.axis is not None else ""
-        return Outcome(point.number, measures, signals, axis, "", _warnings(result), over, flat.draws.drawn)
+        said = _warnings(result)
+        return Outcome(
+            point.number, measures, signals.columns, signals.axis, "", said, signals.over, drawn, signals.axes
+        )
 
     def measures(self, result: Result) -> dict[str, Any]:
         """What .meas found; of a deck without, the last values of what it prints."""
@@ -149,29 +190,64 @@ class Runner:
         found: dict[str, Any] = {}
         for kind, columns in result.prints:
             table = result.table(kind)
-            for name in columns:
+            for name in table.signals if "all" in columns else columns:
                 values = table[name]
                 if len(values) and not table.is_complex(name):
                     found[name] = values[-1]
         return found
 
-    def signals(self, result: Result) -> tuple[list[float], dict[str, list[float]]]:
+    def signals(self, result: Result) -> Signals:
         """The signals that are kept: of a transient on the deck's print grid, which all runs share, else at all rows."""
-        if not self.columns:
-            return [], {}
-        from ..outputs.text import print_grid
+        found: dict[str, list[float]] = {}
+        over, axis = "", list[float]()
+        axes: dict[str, Sequence[Any]] = {}
+        for kind in dict.fromkeys(kind for kind, _ in self.signal_names):
+            if kind and kind not in {p.kind for p in result.plots}:
+                there = ", ".join(p.kind for p in result.plots)
+                deck_error(
+                    "E348",
+                    f"no analysis `{kind}` ran, whose signals are to be kept",
+                    hint=f"there is {there}",
+                )
+            table = result.table(kind) if kind else result.main
+            places, columns = _columns(table, [name for of, name in self.signal_names if of == kind])
+            found.update({f"{kind}:{name}" if kind else name: values for name, values in columns.items()})
+            if kind:
+                axes[kind] = [table.axis.name if table.axis is not None else "", places]
+            else:
+                over, axis = table.axis.name if table.axis is not None else "", places
+        return Signals(found, axis, over, axes)
 
-        table = result.main
-        if strange := next((name for name in self.columns if table.is_complex(name)), None):
-            deck_error(
-                "E348",
-                f"`{strange}` is complex, and a sweep keeps real signals",
-                hint=f"mag({strange}), db({strange}) or ph({strange})",
-            )
-        if not table.axis:  # a point: one value a run
-            return [0.0], {name: [float(table[name][-1])] for name in self.columns}
-        axis = print_grid(table) or [float(v) for v in table.floats(0)]
-        return axis, {name: [float(v) for v in table.at(name, axis)] for name in self.columns}
+
+class Signals(NamedTuple):
+    """As Outcome has them."""
+
+    columns: dict[str, list[float]]
+    axis: list[float]
+    over: str
+    axes: dict[str, Sequence[Any]]
+
+
+def analysis_of(text: str) -> tuple[str, str]:
+    """The analysis in front of a signal and the rest: ("ac", "vdb(b)") of ac:vdb(b); "" where there is none."""
+    kind, colon, of = text.partition(":")
+    return (kind.strip().lower(), of) if colon and kind.strip().isalpha() else ("", text)
+
+
+def _columns(table: Table, names: list[str]) -> tuple[list[float], dict[str, list[float]]]:
+    """Where signals of a table are kept, and their values there."""
+    from ..outputs.text import print_grid
+
+    if strange := next((name for name in names if table.is_complex(name)), None):
+        deck_error(
+            "E348",
+            f"`{strange}` is complex, and a sweep keeps real signals",
+            hint=f"mag({strange}), db({strange}) or ph({strange})",
+        )
+    if not table.axis:  # a point: one value a run
+        return [0.0], {name: [float(table[name][-1])] for name in names}
+    axis = print_grid(table) or [float(v) for v in table.floats(0)]
+    return axis, {name: [float(v) for v in table.at(name, axis)] for name in names}
 
 
 def _first(diagnostics: Sequence[Any]) -> str:

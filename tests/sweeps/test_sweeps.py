@@ -519,3 +519,32 @@ def test_a_signal_of_an_operating_point_is_one_value_a_run(tmp_path, monkeypatch
     with xarray.open_dataset("x.nc") as found:
         assert found["v(out)"].dims == ("r",)
         assert found["v(out)"].values == pytest.approx([5.0, 10 / 3])
+
+
+def test_signals_of_each_analysis(tmp_path, monkeypatch, capsys):
+    """An RC at rest, over frequency, and its noise 4 k T r / (1 + (w r c)^2), each over an axis of its own."""
+    import xarray
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "d.cir").write_text(
+        "t\n.param r=1k\nV1 a 0 2 AC 1\nR1 a b {r}\nC1 b 0 1u\n.op\n.ac dec 3 10 1k\n.noise v(b) v1 dec 2 1 100\n.end\n"
+    )
+    names = ["op:v(b)", "ac:vdb(b)", "noise:onoise_spectrum"]
+    words = [word for name in names for word in ("--save", name)]
+    assert (
+        main(["sweep", "d.cir", "-D", "r=1k,2k,4k", *words, "-o", "x.nc", "-j", "1", "--plot", "x.png"]) == 0
+    )
+    with xarray.open_dataset("x.nc") as found:
+        r = found["r"].values[:, None]
+        assert found["op:v(b)"].dims == ("r",) and found["op:v(b)"].values == pytest.approx([2.0] * 3)
+        f = found[found["ac:vdb(b)"].dims[1]].values
+        np.testing.assert_allclose(
+            found["ac:vdb(b)"], -10.0 * np.log10(1.0 + (2.0 * np.pi * f * r * 1e-6) ** 2), atol=1e-9
+        )
+        f = found[found["noise:onoise_spectrum"].dims[1]].values
+        density = np.sqrt(4.0 * 1.38064852e-23 * 300.15 * r / (1.0 + (2.0 * np.pi * f * r * 1e-6) ** 2))
+        np.testing.assert_allclose(found["noise:onoise_spectrum"], density, rtol=1e-6)
+        assert len({d for n in names for d in found[n].dims}) == 3
+    capsys.readouterr()
+    assert main(["sweep", "d.cir", "-D", "r=1k,2k", "--save", "tran:v(b)", "-j", "1", "-q"]) != 0
+    assert "no analysis `tran` ran" in capsys.readouterr().err

@@ -3,9 +3,12 @@
 //! A node is built once: asking for the same operation on the same operands returns the same `Id`, so common
 //! subexpressions are shared by construction. What is constant folds away before anything runs; that is how a planar
 //! scene loses its third dimension (DESIGN.md, idea 3).
+mod copied;
+
 use crate::interrupt;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
 
 pub type Id = u32;
 
@@ -141,6 +144,8 @@ pub struct Graph {
     nodes: Vec<Node>,
     known: HashMap<Node, Id>,
     symbols: u32,
+    /// what it is a copy of, and how many nodes they have in common
+    copied: Option<(Arc<Mutex<Graph>>, usize)>,
 }
 
 /// A graph as it is written: its nodes in order.
@@ -159,7 +164,7 @@ impl From<Graph> for Listed {
 impl From<Listed> for Graph {
     fn from(of: Listed) -> Graph {
         let known = of.nodes.iter().enumerate().map(|(id, &node)| (node, id as Id)).collect();
-        Graph { nodes: of.nodes, known, symbols: of.symbols }
+        Graph { nodes: of.nodes, known, symbols: of.symbols, copied: None }
     }
 }
 

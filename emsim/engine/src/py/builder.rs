@@ -1,7 +1,7 @@
 //! `Builder`: collects the contributions of one deck and compiles them.
 use super::expr::{lock, Expr, SharedGraph};
 use super::guarded;
-use super::system::System;
+use super::system::{Origin, System};
 use super::veriloga::{self, VerilogA};
 use crate::assembly;
 use crate::clocked::{Clock, Signal, Timer};
@@ -785,7 +785,9 @@ impl Builder {
         guarded(|| assembly::project_velocity(&h.concat(), &mass, &u0, &held, &rhs))
     }
 
-    fn compile(&mut self) -> PyResult<System> {
+    /// `kept`: for `System.again`.
+    #[pyo3(signature = (kept=false))]
+    fn compile(&mut self, kept: bool) -> PyResult<System> {
         let mut model = self.model.take().ok_or_else(|| PyValueError::new_err("compiled already"))?;
         if let Ok(known) = self.symbols.lock() {
             let mut g = lock(&self.graph);
@@ -803,9 +805,16 @@ impl Builder {
         let mut g = lock(&self.graph);
         let written = model.placed.is_some().then(|| Equations::write(&g, &model)).transpose();
         let equations = written.map_err(PyValueError::new_err)?.map(|bytes| (g.len(), bytes));
+        let origin = kept.then(|| Arc::new(Origin { graph: g.copy(&self.graph), model: model.twin() }));
         let system = guarded(|| crate::system::System::compile(model, &mut g))?.map_err(PyValueError::new_err)?;
         drop(g);
-        Ok(System::new(system, self.graph.clone(), equations))
+        Ok(System::new(system, self.graph.clone(), equations, origin))
+    }
+
+    /// How many constants of F, of Q, of sources, and charges of a start with UIC there are so far.
+    fn constants(&mut self) -> PyResult<[usize; 4]> {
+        let m = self.model()?;
+        Ok([m.g.len(), m.c.len(), m.f_wave.len(), m.ic_charge.len()])
     }
 }
 

@@ -19,12 +19,16 @@ pub struct Expr {
 }
 
 impl Expr {
-    /// A number or an expression of the same graph.
+    /// A number or an expression of the same graph, or of one that it is a copy of.
     pub fn operand(graph: &SharedGraph, value: &Bound<'_, PyAny>) -> PyResult<Id> {
         if let Ok(e) = value.cast::<Expr>() {
             let e = e.get();
             if !Arc::ptr_eq(&e.graph, graph) {
-                return Err(PyValueError::new_err("expressions of two different builders do not mix"));
+                let mut g = lock(graph);
+                let common = g
+                    .in_common(&e.graph)
+                    .ok_or_else(|| PyValueError::new_err("expressions of two different builders do not mix"))?;
+                return Ok(g.take_over(&lock(&e.graph), e.id, common));
             }
             return Ok(e.id);
         }

@@ -2,11 +2,12 @@
 use super::expr::{lock, Expr, SharedGraph};
 use super::guarded;
 use super::smallsignal::SmallSignal;
-use crate::graph::{Id, Node};
+use crate::graph::{Graph, Id, Node};
 use crate::integrate::{self, Failed, Outcome, Status, Transient};
 use crate::interrupt;
 use crate::invariants::Invariants;
 use crate::ledger::Ledger;
+use crate::model::Model;
 use crate::modes::Modes;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
@@ -17,12 +18,13 @@ use crate::system::{Counters, Work};
 use crate::tangent::{Beside, Refused, Tangent};
 use crate::tape::Tape;
 use crate::tolerances::{Absolute, Quantity, QUANTITIES};
+use crate::waves::Wave;
 use pyo3::exceptions::{PyIndexError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering::Relaxed;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 /// The flag of this name is 0, and 1 for small signals: what is another thing to them reads it.
@@ -35,11 +37,23 @@ pub struct System {
     graph: SharedGraph,
     /// nodes of the graph that were there, and the equations before they were compiled, where they are to be packed
     equations: Option<(usize, Vec<u8>)>,
+    origin: Option<Arc<Origin>>,
+}
+
+/// What a system was compiled from, for others that differ in numbers alone.
+pub struct Origin {
+    pub graph: Graph,
+    pub model: Model,
 }
 
 impl System {
-    pub fn new(system: crate::system::System, graph: SharedGraph, equations: Option<(usize, Vec<u8>)>) -> System {
-        System { inner: Arc::new(system), integrated: OnceLock::new(), graph, equations }
+    pub fn new(
+        system: crate::system::System,
+        graph: SharedGraph,
+        equations: Option<(usize, Vec<u8>)>,
+        origin: Option<Arc<Origin>>,
+    ) -> System {
+        System { inner: Arc::new(system), integrated: OnceLock::new(), graph, equations, origin }
     }
 
     fn ids(&self, outputs: &[Bound<'_, PyAny>]) -> PyResult<Vec<Id>> {
@@ -127,8 +141,47 @@ fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Options> {
     Ok(o)
 }
 
+/// Places of constants and what stands there.
+type Numbers = Vec<(usize, f64)>;
+
 #[pymethods]
 impl System {
+    /// The system that the same builder would have made with other numbers: constants of F, of Q, of sources, and charges of a
+    /// start with UIC, by place, and waves. It takes the expressions of this one. The builder was told that what it made is kept.
+    fn again(
+        &self,
+        py: Python<'_>,
+        numbers: [Numbers; 4],
+        waves: Vec<(usize, String, Vec<f64>, Option<f64>)>,
+    ) -> PyResult<System> {
+        let missing =
+            || PyValueError::new_err("again: the builder was not asked to keep what it made, or has no such number");
+        let origin = self.origin.clone().ok_or_else(missing)?;
+        let mut model = origin.model.twin();
+        let [g, c, sources, charges] = numbers;
+        for (k, v) in charges {
+            model.ic_charge.get_mut(k).ok_or_else(missing)?.1 = v;
+        }
+        for (entries, numbers) in [(&mut model.g, g), (&mut model.c, c), (&mut model.f_wave, sources)] {
+            for (k, v) in numbers {
+                entries.get_mut(k).ok_or_else(missing)?.2 = v;
+            }
+        }
+        for (k, kind, args, dc) in waves {
+            *model.waves.get_mut(k).ok_or_else(missing)? =
+                Wave::new(&kind, &args, dc).map_err(PyValueError::new_err)?;
+        }
+        let made = py.detach(|| {
+            guarded(|| {
+                let mut graph = origin.graph.clone();
+                let system = crate::system::System::compile(model, &mut graph)?;
+                Ok((system, Arc::new(Mutex::new(graph))))
+            })
+        });
+        let (system, graph) = made?.map_err(|why: String| PyValueError::new_err(why))?;
+        Ok(System::new(system, graph, None, self.origin.clone()))
+    }
+
     #[getter]
     fn n(&self) -> usize {
         self.inner.n
