@@ -292,6 +292,7 @@ class Card:
     valued = False  # its second and later words can be a value: FORCE push tip 3
     beyond = ""  # what takes more words than it does
     from_start = False  # its constraints hold what they are at the start
+    drawn = True  # has it a shape of its own? What another card stands for has none
     limits = "widen range=, or keep the joint inside of it"  # what mends that a number has come to its end in a run
     grouped = False  # names stand in parentheses behind its own: the nodes of several windings
 
@@ -315,6 +316,11 @@ class Card:
     def forms(cls, raw: MachineCard) -> list[list[tuple[str, str]]]:
         """What its words may be, (terminal, kind) each."""
         return cls.spec.forms
+
+    @classmethod
+    def stands_for(cls, raw: MachineCard) -> list[MachineCard]:
+        """Other cards that come with it: bodies, joints."""
+        return []
 
     def __init__(self, raw: MachineCard, sink: Sink) -> None:
         self.raw = raw

@@ -40,6 +40,9 @@ def extents(shapes: list[Shape]) -> list[list[Any]]:
         if kind == "gear" and "radii" in s:
             found.append([s["first"]["a"], s["radii"][0]])
             found.append([s["second"]["a"], s["radii"][1]])
+        if kind == "beam":
+            for node in s["nodes"]:
+                found.append([node, 0.0])
         if kind == "rope":
             for stretch in s["stretches"]:
                 for k in range(len(stretch["places"])):
