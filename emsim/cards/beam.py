@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from .base import Pen, Powers, Probes, Resistances, Scalar, Scene
 
 MOST = 200  # elements: every node is placed from the first one
-FEW = 8  # elements, unless given: a cantilever's third mode to a part in a thousand
 MOTION = ("x", "y", "angle", "vx", "vy", "omega")  # of a free beam, as of a free body
 
 
@@ -49,7 +48,7 @@ class Beam(Card):
             "P": "d (EA eps'^2 + EI kappa'^2) over its length",
         },
         l=Required("m", "its length", above=0.0),
-        n=Default(float(FEW), "", "how many elements", least=1.0),
+        n=Default(8.0, "", "how many elements", least=1.0),
         e=Default(None, "Pa", "modulus of elasticity", above=0.0),
         rho=Default(None, "kg/m^3", "density", above=0.0),
         section=Default(None, "m", "rect(b,h), h in the plane; round(d); tube(d,t), t the wall", "shape"),
@@ -79,7 +78,7 @@ class Beam(Card):
     @classmethod
     def stands_for(cls, raw: MachineCard) -> list[MachineCard]:
         """Its nodes: bodies that move in the plane against the first one, from a straight line on. None where l= or n= is wrong."""
-        sizes = [raw.params.get("n", FEW), raw.params.get("l")]
+        sizes = [raw.params.get("n", cls.spec.params["n"].default), raw.params.get("l")]
         n, length = (float(v) if is_number(v) or isinstance(v, OpenNumber) else 0.0 for v in sizes)
         if not 1.0 <= n <= MOST or not n.is_integer() or not 0.0 < length or not isfinite(length):
             return []
@@ -103,7 +102,7 @@ class Beam(Card):
         what, self.count = f"BEAM {self.name}", int(self.n)
         if float(self.n) != self.count or self.count > MOST:
             said = f"n= of {what} is {float(self.n):g}; a beam has 1 to {MOST} whole elements"
-            sink.error("E238", said, self.place("n"), f"{FEW} are enough for its first bends")
+            sink.error("E238", said, self.place("n"), "eight are enough for its first bends")
         whole = [key for key in ("ei", "ea", "rhoa") if getattr(self, key) is not None]
         parts = [key for key in ("e", "rho", "section") if getattr(self, key) is not None]
         if len(whole) == 3 and not parts:

@@ -28,14 +28,18 @@ const NEAREST: i32 = 30;
 /// r^-k, r + 1/r = 2 + 4 d for the nearest pole, at d of the step beyond an end (Trefethen, Approximation Theory, 8.1). Tails of a
 /// thousandth are poles within a twentieth, and none where stiff links turn: the line between two places stretches them.
 const DEGREE: usize = 16;
-const TAIL: f64 = 1e-3;
 
-/// To what the force of each momentum is known: what the last digits of x make of it, with the slopes that it was solved by.
+/// To what the force of each momentum is known, with the slopes that x was solved by: what the last digits of x make of it. Places
+/// add up, so each is known to the rounding of the largest; an angle, which enters by its sine, to that of 1.
 fn rounding(dc: &Dc, w: &Work, x: &[f64]) -> Vec<f64> {
-    let mut sums = vec![1e-30; x.len()];
-    for (c, x) in x.iter().enumerate() {
-        for k in dc.sys.pattern.colptr[c]..dc.sys.pattern.colptr[c + 1] {
-            sums[dc.sys.pattern.rowidx[k]] += ROUNDING * (w.gv[k] * x).abs();
+    let (sys, mut sums) = (dc.sys, vec![1e-30; x.len()]);
+    let metres = |q: usize| sys.unknowns[q].unit == "m";
+    let largest = dc.pairs.iter().filter(|p| metres(p.0)).fold(0.0_f64, |most, p| most.max(x[p.0].abs()));
+    let mut sizes: Vec<f64> = x.iter().map(|x| x.abs()).collect();
+    dc.pairs.iter().for_each(|&(q, _, _)| sizes[q] = if metres(q) { largest } else { sizes[q].max(1.0) });
+    for (c, size) in sizes.iter().enumerate() {
+        for k in sys.pattern.colptr[c]..sys.pattern.colptr[c + 1] {
+            sums[sys.pattern.rowidx[k]] += ROUNDING * w.gv[k].abs() * size;
         }
     }
     dc.pairs.iter().map(|&(_, u, _)| sums[u]).collect()
@@ -70,7 +74,7 @@ fn leaps(dc: &Dc, w: &mut Work, x: &[f64], trial: &[f64]) -> bool {
         let most = along.iter().fold(0.0_f64, |most, f| most.max(f[i].abs()));
         (DEGREE - 1..=DEGREE).any(|k| {
             let sum: f64 = (0..=DEGREE).map(|j| ends(j) * along[j][i] * (angle(j) * k as f64).cos()).sum();
-            !(2.0 / DEGREE as f64 * sum.abs() <= TAIL * most + known[i])
+            !(2.0 / DEGREE as f64 * sum.abs() <= 1e-3 * most + known[i])
         })
     })
 }
@@ -83,6 +87,7 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
     let mut square = 1e-12_f64; // s^2
     let mut last = Failure::Diverged { unknown: dc.pairs.first().map_or(0, |p| p.0), row: 0 };
     let mut first = true;
+    let mut gone = vec![0.0_f64; x.len()];
     let mut refused = 0;
     for _ in 0..2000 {
         let mut trial = x.to_vec();
@@ -95,8 +100,9 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
         for &(q, _, _) in &dc.pairs {
             let (step, weight) = ((trial[q] - x[q]).abs(), tol.weight(q, x[q], trial[q]));
             let metres = dc.sys.unknowns[q].unit == "m";
-            // nothing says what is far on a slide but the way that it has gone
-            let room = |at: &[f64]| (if metres { SHARE * (at[q] - start[q]).abs() } else { SHARE }).max(weight);
+            // nothing says what is far on a slide but the way that it has gone, also where it comes back to its start
+            let way = |at: &[f64]| gone[q].max((at[q] - start[q]).abs());
+            let room = |at: &[f64]| (if metres { SHARE * way(at) } else { SHARE }).max(weight);
             if step / room(x) > farthest.1 {
                 farthest = (q, step / room(x));
             }
@@ -104,7 +110,6 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
             moved = moved.max(step / weight);
         }
         let leaps = solved.is_ok() && moved > 1.0 && leaps(dc, w, x, &trial);
-        if std::env::var("EMSIM_DBG").is_ok() { eprintln!("s2 {square:e} solved {:?} moved {moved:e} far {} {:e} leaps {leaps} refused {refused}", solved, farthest.0, farthest.1); }
         match solved {
             Ok(_) if !leaps && !first && farthest.1 > 1.0 => {
                 w.restore(&held);
@@ -112,6 +117,7 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
             }
             Ok(_) if !leaps => {
                 x.copy_from_slice(&trial);
+                gone.iter_mut().zip(x.iter().zip(&start)).for_each(|(way, (x, start))| *way = way.max((x - start).abs()));
                 if let Some(holding) = &mut dc.holding {
                     holding.accept(dc.sys, w, x);
                 }
