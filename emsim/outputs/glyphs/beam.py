@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from .marks import moved
 
 TYPE_CHECKING = False
@@ -24,4 +26,4 @@ def beam(m: Scene, pen: Pen, s: Shape) -> None:
             line.append([x, y])
     pen.line(line, "edge", 5)
     pen.line(line, "body", 2.6)
-    pen.label(line[len(line) // 2], 6, 14, s["name"], "soft")
+    pen.label(line[math.floor(len(line) / 2)], 6, 14, s["name"], "soft")
