@@ -86,11 +86,11 @@ class Beam(Card):
         moves = {key: raw.params[key] for key in MOTION if key in raw.params}
         found = []
         for k, name in enumerate(names):
-            params = {"m": 0.0, **(moves if k == 0 else {})}
+            params: dict[str, Any] = {"m": 0.0, **(moves if k == 0 else {})}
             found.append(MachineCard("BODY", name, [], params, None, raw.span, raw.param_spans))
             if k:
                 words = [Ref(word, None, raw.span) for word in (names[0], name, "planar")]
-                at = {"guess": (length * k / n, 0.0, 0.0)}
+                at: dict[str, Any] = {"guess": (length * k / n, 0.0, 0.0)}
                 found.append(MachineCard("JOINT", f"{name}.j", words, at, None, raw.span, {}))
         return found
 

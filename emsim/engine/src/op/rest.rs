@@ -117,7 +117,9 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
             }
             Ok(_) if !leaps => {
                 x.copy_from_slice(&trial);
-                gone.iter_mut().zip(x.iter().zip(&start)).for_each(|(way, (x, start))| *way = way.max((x - start).abs()));
+                gone.iter_mut()
+                    .zip(x.iter().zip(&start))
+                    .for_each(|(way, (x, start))| *way = way.max((x - start).abs()));
                 if let Some(holding) = &mut dc.holding {
                     holding.accept(dc.sys, w, x);
                 }
