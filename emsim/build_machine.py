@@ -87,7 +87,11 @@ def _setting(card: MachineCard, item: Any, line: Line) -> None:
         else:
             card.params[key] = wave  # type: ignore[assignment]
     else:
+        so_far = len(line.file.remarks)
         card.params[key] = machine_value(value_tree, line)
+        param = CARDS[card.kind].spec.params.get(key)
+        if param is not None and param.unit == "Pa":  # of which there are giga, and no grams
+            line.file.remarks[so_far:] = [r for r in line.file.remarks[so_far:] if r.code != "W112"]
 
 
 def _key(call: Any, line: Line) -> str:

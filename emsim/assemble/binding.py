@@ -13,7 +13,7 @@ from .tree import GROUND
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
     from typing import Any
 
     from ..cards.base import Card
@@ -56,9 +56,12 @@ class Binding:
         """Cards to their specifications, one table a role; names unique among mechanical things."""
         taken: dict[str, Card] = {}
         joint_cards: list[Joint] = []
-        for raw in self.ctx.flat.machine:
-            kind = CARDS[raw.kind].variant(raw, self.models)
-            card: Any = kind(raw if self.ctx.flat.inputs is None else self._opened(raw, kind), self.sink)
+        for raw, stands_in in self._cards():
+            card: Any = CARDS[raw.kind].variant(raw, self.models)(raw, self.sink)
+            card.drawn = not stands_in
+            if stands_in and card.name in taken:
+                said = f"a second mechanical thing is called `{card.name}`: {stands_in} has a part of that name"
+                self._fail("E135", said, taken[card.name].span)
             if not card.ok:
                 self.broken = True
                 self.failed.add(card.name)
@@ -103,11 +106,19 @@ class Binding:
             if not quantities.check(card, self._motions(card), self.sink):
                 self.broken = True
 
-    def _opened(self, raw: MachineCard, kind: type[Card]) -> MachineCard:
+    def _cards(self) -> Iterator[tuple[MachineCard, str]]:
+        """The deck's, then those that come with them, and with whom."""
+        deck = [self._opened(raw) for raw in self.ctx.flat.machine]
+        yield from ((raw, "") for raw in deck)
+        for raw in deck:
+            yield from ((part, f"{raw.kind} {raw.name}") for part in CARDS[raw.kind].stands_for(raw))
+
+    def _opened(self, raw: MachineCard) -> MachineCard:
         """The card with what comes from outside as open numbers, where it wants plain ones."""
-        inputs = self.ctx.flat.inputs
+        inputs, kind = self.ctx.flat.inputs, CARDS[raw.kind].variant(raw, self.models)
+        if inputs is None:
+            return raw
         params: dict[str, Any] = dict(raw.params)
-        assert inputs is not None
         for key, value in raw.params.items():
             if not isinstance(value, Node) or key not in kind.spec.params:
                 continue

@@ -199,6 +199,7 @@ def draw(m: Mechanism) -> Drawing:
     """Every card's glyph, bodies first so that joints and couplings lie above them."""
     drawing = Drawing(m)
     for card in m.active:
-        card.glyph(drawing)
+        if card.drawn:
+            card.glyph(drawing)
     drawing.arrange()
     return drawing

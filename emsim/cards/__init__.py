@@ -30,6 +30,7 @@ INDEX = {
     "RATIO": "ratio Ratio",
     "BELT": "belt Belt",
     "ROPE": "rope Rope",
+    "BEAM": "beam Beam",
     "CAM": "cam Cam",
     "FORCE": "force Force",
     "TORQUE": "torque Torque",

@@ -25,6 +25,7 @@ The duties of a card, all optional but the first. `s` is the scene (see `Scene` 
 15. `constraints(s)`  rows [(label, h, unit of its multiplier)], h = 0 of the coordinates; asked once, after prepare. With
                       `from_start` h stays what it is where the machine starts.
 16. `velocities(s)`   rows [(label, w, unit of its multiplier)], w = 0, linear in the speeds.
+17. `stands_for(raw)` other cards that come with it: bodies, joints; asked before it is bound.
 No card writes a mass matrix or a force direction.
 """
 
@@ -292,6 +293,7 @@ class Card:
     valued = False  # its second and later words can be a value: FORCE push tip 3
     beyond = ""  # what takes more words than it does
     from_start = False  # its constraints hold what they are at the start
+    drawn = True  # has it a shape of its own? What another card stands for has none
     limits = "widen range=, or keep the joint inside of it"  # what mends that a number has come to its end in a run
     grouped = False  # names stand in parentheses behind its own: the nodes of several windings
 
@@ -313,8 +315,11 @@ class Card:
 
     @classmethod
     def forms(cls, raw: MachineCard) -> list[list[tuple[str, str]]]:
-        """What its words may be, (terminal, kind) each."""
-        return cls.spec.forms
+        return cls.spec.forms  # what its words may be, (terminal, kind) each
+
+    @classmethod
+    def stands_for(cls, raw: MachineCard) -> list[MachineCard]:
+        return []
 
     def __init__(self, raw: MachineCard, sink: Sink) -> None:
         self.raw = raw
@@ -328,12 +333,10 @@ class Card:
             self.ok = sink_errors(sink) == before
 
     def given(self, name: str) -> bool:
-        """Was the parameter written on the card?"""
-        return name in self.raw.params
+        return name in self.raw.params  # was the parameter written on the card?
 
     def place(self, name: str) -> Span:
-        """The place of a parameter in the deck, or of the card."""
-        return self.raw.param_spans.get(name, self.span)
+        return self.raw.param_spans.get(name, self.span)  # of a parameter in the deck, or of the card
 
     def check(self, sink: Sink) -> None:
         """Rules between parameters."""

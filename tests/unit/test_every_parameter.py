@@ -22,7 +22,7 @@ from emsim.elements.modules import names, shipped
 
 NOT_IN_THE_EQUATIONS = {
     "R noisy", "R noise", "R model kf", "R model af", "R model wf", "R model lf", "R model ef",  # .noise reads them
-    "D model kf", "D model af", "DAMPER noisy",
+    "D model kf", "D model af", "DAMPER noisy", "BEAM noisy",
     "BODY look",  # changes the picture alone: tests/unit/outputs/test_looks.py
     "R ac",  # of small signals: tests/ngspice/test_operating_values.py
     "V distof1", "V distof2", "I distof1", "I distof2",  # .disto reads them
@@ -546,6 +546,21 @@ MACHINES = {
             key: (PULLEYS + " ".join(x for x in ("", *BELT) if key not in x) + "\n", f"{key}={a}", f"{key}={b}")
             for key, a, b in (("r1", 1, 2), ("r2", 1, 3), ("k", 10, 20), ("c", 1, 2), ("f0", 5, 9), ("cross", "yes", "no"))
         },
+    },
+    "BEAM": {
+        **{
+            key: (f"BEAM b {'' if key == 'l' else 'l=1 '}n=2 e=1k rho=1 section=rect(0.1,0.2) @\nJOINT h 0 b.a pin\n", f"{key}={a}", f"{key}={b}")
+            for key, a, b in (("l", 1, 2), ("d", 1, 2))
+        },
+        **{
+            key: (f"BEAM b l=1 n=2 {rest} @\nJOINT h 0 b.a pin\n", f"{key}={a}", f"{key}={b}")
+            for key, rest, a, b in (
+                ("e", "rho=1 section=round(0.1)", 1, 2), ("rho", "e=1 section=round(0.1)", 1, 2), ("section", "e=1 rho=1", "round(1)", "tube(1,0.1)"),
+                ("ei", "ea=1 rhoa=1", 1, 2), ("ea", "ei=1 rhoa=1", 1, 2), ("rhoa", "ei=1 ea=1", 1, 2),
+            )
+        },
+        "n": ("BEAM b l=1 ei=1 ea=1 rhoa=1 @\n", "n=1", "n=2"),
+        **{key: ("BEAM b l=1 n=1 ei=1 ea=1 rhoa=1 @\n", f"{key}=1", f"{key}=2") for key in ("x", "y", "angle", "vx", "vy", "omega")},
     },
     "ROPE": {
         **{

@@ -6,6 +6,7 @@ Layers: 0 bodies, 1 joints and what is passive, 2 what acts. A glyph: its file, 
 
 from __future__ import annotations
 
+from .beam import beam
 from .belt import belt
 from .bones import bones
 from .box import box
@@ -43,7 +44,7 @@ GLYPHS: dict[str, Glyph] = {
     "rod": (0, rod), "box": (0, box), "disc": (0, disc), "polygon": (0, polygon), "bones": (0, bones),
     "ball": (0, ball), "wheel": (0, spoked), "toothed": (0, toothed_body), "wagon": (0, wagon),
     "joint": (1, joint), "spring": (1, elastic), "damper": (1, elastic), "gear": (0, gear), "belt": (1, belt), "cam": (0, cam),
-    "stop": (1, stop), "contact": (1, contact), "ratio": (1, ratio), "knife": (1, knife), "rope": (1, rope),
+    "stop": (1, stop), "contact": (1, contact), "ratio": (1, ratio), "knife": (1, knife), "rope": (1, rope), "beam": (0, beam),
     "friction": (1, friction),
     "motor": (2, motor), "pot": (2, pot), "force": (2, force), "torque": (2, torque), "drive": (2, drive),
     "transducer": (2, transducer),

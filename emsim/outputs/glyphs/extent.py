@@ -59,6 +59,9 @@ def extents(shapes: list[Shape]) -> list[list[Any]]:
             a, b = s["first"]["a"], s["second"]["a"]
             for place in [a, b]:
                 found.append([place, 0.8 * math.hypot(a[1] - b[1], a[2] - b[2])])
+        if kind == "beam":
+            for node in s["nodes"]:
+                found.append([node, 0.0])
         if kind == "rope":
             for stretch in s["stretches"]:
                 for k in range(len(stretch["places"])):
