@@ -11,6 +11,8 @@ use std::rc::Rc;
 const VOLTS_PER_KELVIN: f64 = 1.380649e-23 / 1.602176634e-19;
 /// Where limexp goes on as a straight line.
 const STEEPEST: f64 = 80.0;
+/// A row has no more items (rows of variables are as long at most).
+const MOST_REPEATED: i64 = 100_000;
 
 impl Elaborator<'_> {
     pub fn eval(&mut self, e: E) -> Answer<Val> {
@@ -36,9 +38,7 @@ impl Elaborator<'_> {
             Expression::Conditional(c, a, b) => self.conditional(*c, *a, *b)?,
             Expression::List(list) => {
                 let mut row = Vec::with_capacity(list.len());
-                for &item in list {
-                    row.push(self.eval(item)?);
-                }
+                self.listed(list, &mut row)?;
                 Val::Row(0, Rc::new(row))
             }
             Expression::System(word) => self.system(*word, &[], e)?,
@@ -48,10 +48,30 @@ impl Elaborator<'_> {
                 let what = format!("{} is no value", self.word(*word));
                 return self.stop(self.place(e), what, "V(node) is the potential of a node");
             }
-            Expression::Port(_) | Expression::Empty => {
+            Expression::Port(_) | Expression::Empty | Expression::Repeated(..) => {
                 return self.stop(self.place(e), "a value is missing here", "");
             }
         })
+    }
+
+    /// What stands between { }, with what is repeated.
+    fn listed(&mut self, list: &[E], row: &mut Vec<Val>) -> Answer<()> {
+        let library = self.library;
+        for &item in list {
+            let Expression::Repeated(count, items) = &library.expressions[item as usize] else {
+                row.push(self.eval(item)?);
+                continue;
+            };
+            let times = self.index_of(*count)?;
+            if !(0..=MOST_REPEATED).contains(&times) {
+                let what = format!("repeated {times} times");
+                return self.stop(self.place(*count), what, format!("0 to {MOST_REPEATED} times"));
+            }
+            for _ in 0..times {
+                self.listed(items, row)?;
+            }
+        }
+        Ok(())
     }
 
     pub fn number(&mut self, e: E) -> Answer<Num> {
@@ -94,7 +114,7 @@ impl Elaborator<'_> {
         }
     }
 
-    fn row_of_numbers(&mut self, e: E) -> Answer<Vec<f64>> {
+    pub fn row_of_numbers(&mut self, e: E) -> Answer<Vec<f64>> {
         let Val::Row(_, items) = self.eval(e)? else {
             return self.stop(self.place(e), "a row of numbers is expected here", "'{1, 2, ...}");
         };
@@ -526,7 +546,7 @@ impl Elaborator<'_> {
     }
 
     /// |x| with the slope 1 at x = 0: a transistor without a voltage between its ends conducts as it does beside it.
-    fn magnitude(&mut self, x: Id) -> Id {
+    pub fn magnitude(&mut self, x: Id) -> Id {
         if let Some(v) = self.g.value(x) {
             return self.g.constant(v.abs());
         }
@@ -636,17 +656,11 @@ impl Elaborator<'_> {
             "absdelay" => self.late(arguments, at)?,
             "idtmod" => self.integral_within(arguments, at)?,
             "transition" => self.transition(arguments, at)?,
-            "slew" => {
-                let n = self.plain_number(arguments[0])?;
-                if self.value_of(&n).is_none() {
-                    let hint = "ramp what changes at events by transition, or use a source of the deck";
-                    return self.stop(at, "slew of a value that changes is not supported", hint);
-                }
-                n
-            }
+            "slew" => self.slew(arguments, at)?,
             "ac_stim" => self.stimulus(arguments)?,
             "last_crossing" => self.last_crossing(e)?,
-            "noise_table" | "noise_table_log" | "zi_nd" | "zi_np" | "zi_zd" | "zi_zp" => {
+            "zi_nd" | "zi_np" | "zi_zd" | "zi_zp" => self.sampled(name, arguments, at)?,
+            "noise_table" | "noise_table_log" => {
                 return self.stop(at, format!("{name} is not supported"), "");
             }
             _ => self.access(name, arguments, e)?,
@@ -712,23 +726,40 @@ impl Elaborator<'_> {
         }
     }
 
+    /// idt(x, start, reset): while the reset is not 0 it is the start, from which it goes on.
     fn integral(&mut self, arguments: &[E], at: Place) -> Answer<Num> {
-        if arguments.len() > 2 {
-            return self.stop(at, "idt with a reset is not supported", "idt(x) and idt(x, initial value) are");
-        }
         let x = self.plain_number(arguments[0])?;
         let name = format!("idt#{}", self.unknowns.len());
         let (k, s) = self.unknown(name);
         let i = self.g.neg(x.id);
+        let mut start = None;
         if let Some(&initial) = arguments.get(1) {
             let value = self.plain_number(initial)?.id;
-            let Some(value) = self.g.value(value) else {
+            let Some(known) = self.g.value(value) else {
                 return self.stop(at, "the initial value of idt hangs on voltages", "it is a number of parameters");
             };
-            self.starts.push((k, value));
+            self.starts.push((k, known));
+            start = Some(value);
         }
         self.row(k, i, s);
-        Ok(self.real(s))
+        let (Some(start), Some(&reset)) = (start, arguments.get(2)) else { return Ok(self.real(s)) };
+        let reset = self.plain_number(reset)?;
+        let [zero, one] = [0.0, 1.0].map(|v| self.g.constant(v));
+        let on = match self.condition(reset.id) {
+            (c, false) => self.g.select(c, one, zero),
+            (c, true) => self.g.select(c, zero, one),
+        };
+        // the integral where the reset ended
+        let ended = self.g.symbol();
+        let (was, begun) = (self.mode(Mode::Kept(on)), self.begun());
+        let [there, before] = [s, ended].map(|e| self.mode(Mode::Kept(e)));
+        let held = self.g.select(was, there, before);
+        let held = self.g.select(begun, held, start);
+        self.finals.push((ended, held));
+        let way = self.g.sub(s, ended);
+        let id = self.g.add(start, way);
+        let id = self.g.select(on, start, id);
+        Ok(self.real(id))
     }
 
     /// ac_stim(analysis, magnitude, phase [rad]): a source of small signals in .ac, 0 elsewhere.
@@ -1061,6 +1092,8 @@ impl Elaborator<'_> {
                 let v = self.known(arguments[0], "this")?;
                 self.whole(if v > 1.0 { v.log2().ceil() } else { 0.0 })
             }
+            "$table_model" => self.table_model(arguments, at)?,
+            _ if super::random::draws(name) => self.random(name, arguments, at)?,
             _ => match self.mathematics(&name[1..], arguments, e)? {
                 Some(n) => n,
                 None => return self.stop(at, format!("{name} gives no value"), "it is a statement"),
