@@ -5,10 +5,10 @@
 //! an unknown of its own of it. Noise likewise.
 use super::ast::{Allowed, Expression, Type, E};
 use super::events::Held;
-use super::memory::{Memory, Owner, Remembered};
 use super::folded::{
     self, Description, Flow, Folded, Kind, Limit, Mode, Output, Port, Unknown, GMIN, GROUND, SOURCE_SCALE,
 };
+use super::memory::{Memory, Owner, Remembered};
 use super::source::{Place, Word};
 use super::{Given, Library, Message, Value};
 use crate::graph::{Graph, Id, Node};
@@ -120,6 +120,7 @@ pub struct Elaborator<'a> {
     pub branches: Vec<Branch>,
     pub rows: Vec<Flow>,
     pub sources: Vec<Source>,
+    pub noise_tables: Vec<folded::NoiseTable>,
     /// (node, unknown) of flows into a port that were read
     pub port_flows: Vec<(usize, Id, usize)>,
     /// variables without a value: symbols
@@ -173,6 +174,7 @@ impl<'a> Elaborator<'a> {
             branches: Vec::new(),
             rows: Vec::new(),
             sources: Vec::new(),
+            noise_tables: Vec::new(),
             port_flows: Vec::new(),
             unset: HashMap::new(),
             path: Vec::new(),
@@ -959,6 +961,7 @@ impl<'a> Elaborator<'a> {
             ports: self.ports,
             flows,
             noise,
+            noise_tables: self.noise_tables,
             outputs: self.outputs,
             bound_step: self.bound_step,
             said: self.said,

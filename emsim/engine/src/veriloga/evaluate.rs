@@ -1,7 +1,7 @@
 //! Expressions: numbers where parameters decide, nodes of the graph where voltages do.
 use super::ast::{Expression, Operator, Type, E};
 use super::elaborate::{Answer, Elaborator, Num, Source, Val, MOST_NODES};
-use super::folded::{symbol_of, Limit, Mode, GROUND};
+use super::folded::{symbol_of, Limit, Mode, NoiseTable, GROUND};
 use super::source::{Place, Word};
 use crate::derive::gradient;
 use crate::graph::{Fun, Id, Node};
@@ -133,6 +133,10 @@ impl Elaborator<'_> {
                 "declare it with a range: real name[0:3];",
             );
         };
+        let place = self.plain_number(index)?;
+        if self.value_of(&place).is_none() {
+            return self.element_at(first, &items, &place, index);
+        }
         let at = self.index_of(index)?;
         match usize::try_from(at - first).ok().and_then(|k| items.get(k)) {
             Some(item) => Ok(item.clone()),
@@ -141,6 +145,18 @@ impl Elaborator<'_> {
                 self.stop(self.place(index), format!("{at} is outside of {first}:{last}"), "")
             }
         }
+    }
+
+    /// One of a row that voltages choose; beyond its ends the last one.
+    fn element_at(&mut self, first: i64, items: &[Val], place: &Num, at: E) -> Answer<Val> {
+        let mut chosen = items[0].clone();
+        for (k, item) in items.iter().enumerate().skip(1) {
+            let edge = self.g.constant(first as f64 + k as f64 - 0.5);
+            let behind = self.g.not_less(place.id, edge);
+            chosen = self.merged((behind, false), item.clone(), chosen, self.place(at))?;
+        }
+        self.is_small(self.place(at))?;
+        Ok(chosen)
     }
 
     // ---- conditions ----
@@ -660,9 +676,7 @@ impl Elaborator<'_> {
             "ac_stim" => self.stimulus(arguments)?,
             "last_crossing" => self.last_crossing(e)?,
             "zi_nd" | "zi_np" | "zi_zd" | "zi_zp" => self.sampled(name, arguments, at)?,
-            "noise_table" | "noise_table_log" => {
-                return self.stop(at, format!("{name} is not supported"), "");
-            }
+            "noise_table" | "noise_table_log" => self.noise_of_table(name, arguments, at)?,
             _ => self.access(name, arguments, e)?,
         };
         Ok(Val::Num(n))
@@ -860,17 +874,43 @@ impl Elaborator<'_> {
             Some(&e) => self.text(e)?,
             None => name.to_string(),
         };
-        let one = self.g.constant(1.0);
-        let zero = self.g.constant(0.0);
-        self.sources.push(Source {
-            name: format!("{}{label}", self.scope.prefix),
-            power,
-            exponent,
-            uses: Vec::new(),
-            unknown: None,
-        });
+        Ok(self.new_noise(label, power, exponent))
+    }
+
+    fn new_noise(&mut self, label: String, power: Id, exponent: Option<Id>) -> Num {
+        let [zero, one] = [0.0, 1.0].map(|v| self.g.constant(v));
+        let name = format!("{}{label}", self.scope.prefix);
+        self.sources.push(Source { name, power, exponent, uses: Vec::new(), unknown: None });
         let noise = Some(Rc::new(vec![(self.sources.len() - 1, one)]));
-        Ok(Num { id: zero, whole: false, q: None, noise })
+        Num { id: zero, whole: false, q: None, noise }
+    }
+
+    /// noise_table(pairs or file, name): between the pairs straight lines, of logarithms in noise_table_log; beyond them as at the last.
+    fn noise_of_table(&mut self, name: &str, arguments: &[E], at: Place) -> Answer<Num> {
+        let list = match &self.library.expressions[arguments[0] as usize] {
+            Expression::Text(file) => self.points_of_file(&file.clone(), arguments[0])?.concat(),
+            _ => self.row_of_numbers(arguments[0])?,
+        };
+        let mut points: Vec<(f64, f64)> = list.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let logarithmic = name.ends_with("log");
+        let fits = |v: f64| v.is_finite() && (v > 0.0 || v == 0.0 && !logarithmic);
+        let ascends = points.windows(2).all(|w| w[0].0 < w[1].0);
+        if list.len() % 2 != 0 || points.is_empty() || !ascends || !points.iter().all(|p| fits(p.0) && fits(p.1)) {
+            let hint = "'{frequency, power, frequency, power, ..}: each frequency once, none of them negative";
+            return self.stop(at, format!("this is no table of {name}"), hint);
+        }
+        let label = arguments.get(1).map_or(Ok(name.to_string()), |&e| self.text(e))?;
+        let taken = |label: &String| self.sources.iter().any(|s| s.name == format!("{}{label}", self.scope.prefix));
+        let label = match taken(&label) {
+            true => format!("{label}#{}", self.sources.len()),
+            false => label,
+        };
+        let one = self.g.constant(1.0);
+        let n = self.new_noise(label, one, None);
+        let name = self.sources[self.sources.len() - 1].name.clone();
+        self.noise_tables.push(NoiseTable { name, points, logarithmic });
+        Ok(n)
     }
 
     /// y = N(s)/D(s) x, by the chain of derivatives of x/D(s).

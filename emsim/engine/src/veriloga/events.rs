@@ -11,6 +11,9 @@ use crate::graph::{Id, Node};
 use std::collections::{BTreeSet, HashSet};
 use std::rc::Rc;
 
+/// Values of a row that events set: each has a history of its own.
+const MOST_KEPT: usize = 1000;
+
 /// A variable that events set, or a row of them.
 pub struct Held {
     cells: Vec<Cell>,
@@ -65,6 +68,11 @@ impl<'a> Elaborator<'a> {
         for k in set {
             let variable = self.variable(k).clone();
             let (first, starts) = match self.frame.values[k as usize].clone() {
+                Val::Row(_, items) if items.len() > MOST_KEPT => {
+                    let what =
+                        format!("{} is set at an event, and has {} values", self.word(variable.name), items.len());
+                    return self.stop(variable.at, what, format!("{MOST_KEPT} are kept at most"));
+                }
                 Val::Row(first, items) => (Some(first), items.to_vec()),
                 one => (None, vec![one]),
             };
@@ -181,7 +189,11 @@ impl<'a> Elaborator<'a> {
         let of: Vec<Id> = self.finals.iter().map(|f| f.1).collect();
         if self.g.reachable(&of).iter().any(|id| symbols.contains(id)) {
             let at = self.library.modules[self.scope.module].at;
-            return self.stop(at, "what keeps its value hangs on itself", "let events set it: @(cross(..)), @(timer(..))");
+            return self.stop(
+                at,
+                "what keeps its value hangs on itself",
+                "let events set it: @(cross(..)), @(timer(..))",
+            );
         }
         Ok(())
     }

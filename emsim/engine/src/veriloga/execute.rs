@@ -549,7 +549,10 @@ impl Elaborator<'_> {
             "$strobe" | "$display" | "$write" | "$monitor" | "$debug" | "$warning" | "$info" => {
                 // what is said while voltages decide would be said at every evaluation
                 if !self.path.is_empty() {
-                    self.leave_out(&format!("{name} where voltages decide whether it is reached"), "it is not carried out");
+                    self.leave_out(
+                        &format!("{name} where voltages decide whether it is reached"),
+                        "it is not carried out",
+                    );
                 } else {
                     let text = self.formatted(arguments)?;
                     if let Some(text) = text {
@@ -561,7 +564,10 @@ impl Elaborator<'_> {
             }
             "$error" | "$fatal" | "$finish" | "$stop" => {
                 if !self.path.is_empty() {
-                    self.leave_out(&format!("{name} where voltages decide whether it is reached"), "it is not carried out");
+                    self.leave_out(
+                        &format!("{name} where voltages decide whether it is reached"),
+                        "it is not carried out",
+                    );
                 } else {
                     let skip = usize::from(name == "$fatal");
                     let text =

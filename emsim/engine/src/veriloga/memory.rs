@@ -38,7 +38,17 @@ impl Elaborator<'_> {
     pub fn remember(&mut self) -> Vec<(u32, Id)> {
         let mut without = Vec::new();
         for k in 0..self.frame.values.len() as u32 {
-            let Val::Num(n) = self.frame.values[k as usize].clone() else { continue };
+            let n = match self.frame.values[k as usize].clone() {
+                Val::Num(n) => n,
+                Val::Row(_, items) => {
+                    let known = |item: &Val| matches!(item, Val::Num(n) if !self.unset.contains_key(&n.id));
+                    if items.iter().any(known) {
+                        self.frame.begun.insert(k);
+                    }
+                    continue;
+                }
+                Val::Text(_) => continue,
+            };
             if self.unset.contains_key(&n.id) {
                 without.push((k, n.id));
             } else {
@@ -67,7 +77,10 @@ impl Elaborator<'_> {
             return Ok(());
         }
         if !matches!(self.frame.values[k as usize], Val::Num(_)) {
-            let what = format!("{} has a value at the start, and is set where voltages decide", self.word(self.variable(k).name));
+            let what = format!(
+                "{} has a value at the start, and is set where voltages decide",
+                self.word(self.variable(k).name)
+            );
             return self.stop(at, what, "rows of values and strings do not keep theirs: use single numbers");
         }
         self.keepers.insert((self.scope.prefix.clone(), k));
@@ -116,7 +129,10 @@ impl Elaborator<'_> {
             let Some(place) = open.iter().position(|r| r.symbol == found) else { return Ok(open) };
             let Remembered { symbol, start, end, word, at, .. } = open.swap_remove(place);
             if end != symbol && !self.is_chosen(end, symbol, &mut HashMap::new()) {
-                let what = format!("{} keeps its value from one evaluation to the next, and is computed of it", self.word(word));
+                let what = format!(
+                    "{} keeps its value from one evaluation to the next, and is computed of it",
+                    self.word(word)
+                );
                 let hint = "let events set it, @(cross(..)) or @(timer(..)), or make its rate an integral: idt()";
                 return self.stop(at, what, hint);
             }

@@ -24,8 +24,7 @@ pub fn draws(name: &str) -> bool {
 impl Elaborator<'_> {
     /// The seed where it is, goes on; a constant is a seed of its own. A number between 0 and 1, neither of them.
     fn uniform(&mut self, seed: &mut Id) -> Id {
-        let [one, half, factor, modulus, instead] =
-            [1.0, 0.5, FACTOR, MODULUS, FOR_ZERO].map(|v| self.g.constant(v));
+        let [one, half, factor, modulus, instead] = [1.0, 0.5, FACTOR, MODULUS, FOR_ZERO].map(|v| self.g.constant(v));
         let from = self.g.select(*seed, *seed, instead);
         let next = self.g.mul(factor, from);
         let next = self.g.add(next, one);
@@ -123,7 +122,11 @@ impl Elaborator<'_> {
                 let width = self.g.add(width, more);
                 let way = self.g.mul(width, u);
                 let x = self.g.add(of[0], way);
-                if whole { self.g.call(Fun::Floor, x) } else { x }
+                if whole {
+                    self.g.call(Fun::Floor, x)
+                } else {
+                    x
+                }
             }
             "normal" => {
                 let n = self.normal(&mut seed);
@@ -183,7 +186,11 @@ impl Elaborator<'_> {
         let fits = if kind == "poisson" { v > 0.0 } else { v >= 1.0 && v == v.round() };
         if !fits || v > MOST {
             let what = format!("{v} is no number that this distribution takes");
-            return self.stop(self.place(e), what, format!("it is a positive number up to {MOST}, whole but for a mean"));
+            return self.stop(
+                self.place(e),
+                what,
+                format!("it is a positive number up to {MOST}, whole but for a mean"),
+            );
         }
         Ok(self.g.constant(v))
     }

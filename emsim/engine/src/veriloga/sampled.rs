@@ -37,7 +37,11 @@ impl Elaborator<'_> {
         }
         let order = top.len().max(bottom.len()).saturating_sub(1);
         let Some(&first) = bottom.first().filter(|&&d| d != 0.0) else {
-            return self.stop(at, "the denominator begins with 0", "1 + d1/z + d2/z^2: the output would come before its input");
+            return self.stop(
+                at,
+                "the denominator begins with 0",
+                "1 + d1/z + d2/z^2: the output would come before its input",
+            );
         };
         if order > MOST_ORDER {
             return self.stop(at, format!("{name} of order {order}"), format!("{MOST_ORDER} is the most"));

@@ -20,7 +20,11 @@ impl Elaborator<'_> {
         let up = self.known(up, "a slope of slew")?;
         let down = arguments.get(2).map_or(Ok(-up), |&e| self.known(e, "a slope of slew"))?;
         if !(up > 0.0 && down < 0.0 && up.is_finite() && down.is_finite()) {
-            return self.stop(at, format!("slew with slopes of {up} and {down}"), "the first is positive, the second negative");
+            return self.stop(
+                at,
+                format!("slew with slopes of {up} and {down}"),
+                "the first is positive, the second negative",
+            );
         }
         if self.value_of(&x).is_some() {
             return Ok(x);
@@ -72,7 +76,8 @@ impl Elaborator<'_> {
         let zero = self.g.constant(0.0);
         let of = |run: &mut Self, q: Id| run.plain(&Num { id: zero, whole: false, q: Some(q), noise: None }).id;
         let leaves = self.g.reachable(&[x]);
-        let late = |id: &Id| matches!(self.g.node(*id), Node::Flag(k) if matches!(self.modes[k as usize], Mode::Late(..)));
+        let late =
+            |id: &Id| matches!(self.g.node(*id), Node::Flag(k) if matches!(self.modes[k as usize], Mode::Late(..)));
         if leaves.iter().any(late) {
             return Some(of(self, x));
         }

@@ -35,20 +35,34 @@ impl Elaborator<'_> {
                 Val::Num(n) if rows.is_empty() && texts.is_empty() => inputs.push(self.plain(&n).id),
                 Val::Row(..) if texts.is_empty() => rows.push(self.row_of_numbers(e)?),
                 Val::Text(text) => texts.push((text, e)),
-                _ => return self.stop(self.place(e), "not expected here", "$table_model(x, y, file or rows, \"1L,3C\")"),
+                _ => {
+                    return self.stop(self.place(e), "not expected here", "$table_model(x, y, file or rows, \"1L,3C\")")
+                }
             }
         }
         if inputs.is_empty() || texts.len() > if rows.is_empty() { 2 } else { 1 } {
-            return self.stop(at, "$table_model takes inputs, a file or rows, and how it goes on", "$table_model(V(a), x, y, \"3L\")");
+            return self.stop(
+                at,
+                "$table_model takes inputs, a file or rows, and how it goes on",
+                "$table_model(V(a), x, y, \"3L\")",
+            );
         }
         let (points, control) = if rows.is_empty() {
             let Some((file, e)) = texts.first().cloned() else {
-                return self.stop(at, "$table_model without points", "name a file, or a row for each input and one of values");
+                return self.stop(
+                    at,
+                    "$table_model without points",
+                    "name a file, or a row for each input and one of values",
+                );
             };
             (self.points_of_file(&file, e)?, texts.get(1).cloned())
         } else {
             if rows.iter().any(|row| row.len() != rows[0].len()) {
-                return self.stop(at, "rows of $table_model have different numbers of values", "one value for each point");
+                return self.stop(
+                    at,
+                    "rows of $table_model have different numbers of values",
+                    "one value for each point",
+                );
             }
             let points = (0..rows[0].len()).map(|k| rows.iter().map(|row| row[k]).collect()).collect();
             (points, texts.first().cloned())
@@ -65,8 +79,13 @@ impl Elaborator<'_> {
         let value = along.len() + dependent - 1;
         let columns = points.iter().map(Vec::len).min().unwrap_or(0);
         if used.len() != inputs.len() || columns <= value || points.iter().any(|p: &Vec<f64>| p.len() != columns) {
-            let what = format!("{} inputs, and {} columns of which {} are gone along", inputs.len(), columns, used.len());
-            return self.stop(at, what, "each point has a number for each input and a value, as the control string says");
+            let what =
+                format!("{} inputs, and {} columns of which {} are gone along", inputs.len(), columns, used.len());
+            return self.stop(
+                at,
+                what,
+                "each point has a number for each input and a value, as the control string says",
+            );
         }
         if points.len() > MOST || points.iter().flatten().any(|v| !v.is_finite()) {
             return self.stop(at, format!("{} points", points.len()), format!("{MOST} finite ones are the most"));
@@ -79,7 +98,7 @@ impl Elaborator<'_> {
     }
 
     /// Numbers of a file beside the module's text: a point a line, # before remarks.
-    fn points_of_file(&mut self, name: &str, e: E) -> Answer<Vec<Vec<f64>>> {
+    pub fn points_of_file(&mut self, name: &str, e: E) -> Answer<Vec<Vec<f64>>> {
         let own = self.library.sources.message(self.place(e), "", "").file;
         let path = Path::new(&own).parent().unwrap_or(Path::new("")).join(name);
         let text = match source::read(&path) {
@@ -129,7 +148,9 @@ impl Elaborator<'_> {
                         ends.push(false);
                         self.leave_out("$table_model with E", "beyond its ends it goes on as straight lines");
                     }
-                    '2' => return self.stop(at, "splines of second order are not supported", "\"3\" is a cubic spline"),
+                    '2' => {
+                        return self.stop(at, "splines of second order are not supported", "\"3\" is a cubic spline")
+                    }
                     _ => return self.stop(at, format!("{c} means nothing here"), "1, 3, D or I, then L, C or E"),
                 }
             }

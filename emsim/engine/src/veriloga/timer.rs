@@ -77,22 +77,29 @@ impl Elaborator<'_> {
     fn moved_timer(&mut self, start: Id, period: Id) -> Id {
         let last = self.g.symbol();
         let [zero, one, never, on_it] = [0.0, 1.0, -1.0, ON_IT].map(|v| self.g.constant(v));
-        let begun = self.begun();
-        let since = self.g.sub(last, start);
+        let (begun, time) = (self.begun(), self.g.time());
         let repeats = self.g.not_less(zero, period);
         let repeats = self.g.select(repeats, zero, one);
         let every = self.g.select(repeats, period, one);
-        let periods = self.g.div(since, every);
-        let periods = self.g.add(periods, on_it);
-        let whole = self.g.call(Fun::Floor, periods);
-        let whole = self.g.add(whole, one);
-        let ahead = self.g.not_less(last, start);
-        let whole = self.g.select(ahead, whole, zero);
+        let counted = |run: &mut Self, until: Id| {
+            let since = run.g.sub(until, start);
+            run.g.div(since, every)
+        };
+        // behind the last one, and none that was past when an event changed them
+        let fired = counted(self, last);
+        let fired = self.g.add(fired, on_it);
+        let fired = self.g.call(Fun::Floor, fired);
+        let fired = self.g.add(fired, one);
+        let now = self.mode(Mode::Kept(time));
+        let past = counted(self, now);
+        let past = self.g.sub(past, on_it);
+        let past = self.g.call(Fun::Ceil, past);
+        let whole = self.greater(fired, past);
+        let whole = self.greater(whole, zero);
         let whole = self.g.select(repeats, whole, zero);
         let whole = self.g.mul(whole, every);
         let next = self.g.add(start, whole);
         let gone = self.g.not_less(last, next);
-        let time = self.g.time();
         let (past, left) = (self.g.sub(time, next), self.g.sub(next, time));
         let (past, left) = (self.g.select(gone, never, past), self.g.select(gone, one, left));
         let turned = self.turns(past, left);
@@ -103,6 +110,11 @@ impl Elaborator<'_> {
         let held = self.g.select(begun, held, first);
         self.finals.push((last, held));
         turned
+    }
+
+    fn greater(&mut self, a: Id, b: Id) -> Id {
+        let c = self.g.not_less(a, b);
+        self.g.select(c, a, b)
     }
 
     /// absdelta(x, way, tolerances, enable): where a run begins, and each time that x has gone so far from where it fired last.
