@@ -3,9 +3,9 @@ that names it and points at it. The guide's table (guide/device.md) tells the sa
 
 from __future__ import annotations
 
+from math import log10
 from pathlib import Path
 
-import numpy as np
 import pytest
 from module_decks import HEAD
 
@@ -132,20 +132,19 @@ def test_in_a_run(name: str, tmp_path: Path) -> None:
 def test_small_signals_and_noise(tmp_path: Path) -> None:
     stimulus = run(tmp_path, plain('V(out) <+ ac_stim("ac", 2, 0);'), OP + "\n.ac lin 1 1 1")
     assert abs(stimulus["v(out)"][0]) == pytest.approx(2)
-    for name, between in (("noise_table", 5.5), ("noise_table_log", 10**0.5)):
-        # 1 to 10 (10^-18 A^2/Hz) from 1 Hz to 10 Hz
-        table = f"I(out) <+ {name}('{{10, 10e-18, 1, 1e-18}}, \"n\") + 2 * {name}('{{1, 1e-18}}, \"m\");"
+    # from 1 to 4 (10^-18 A^2/Hz) between 1 Hz and 10 Hz: half of the line, the root of the power, and their integrals
+    exponent = log10(4)
+    cases = {"noise_table": (5.5, 2.5, 22.5), "noise_table_log": (10**0.5, 2.0, 39 / (exponent + 1))}
+    for name, (at, between, integral) in cases.items():
+        table = f"I(out) <+ {name}('{{10, 4e-18, 1, 1e-18}}, \"n\") + 2 * {name}('{{1, 1e-18}}, \"m\");"
         module = plain(table + " I(out) <+ V(out) / 1k; I(in) <+ V(in);")
-        at = 5.5 if name == "noise_table" else 10**0.5
-        for frequency, density in ((0.1, 1.0), (at, between), (1e3, 10.0)):
+        for frequency, density in ((0.1, 1.0), (at, between), (1e3, 4.0)):
             deck = f"V1 in 0 0.5 ac 1\n.options temp=-273.1499\n.noise v(out) v1 lin 1 {frequency} {frequency}"
             found = run(tmp_path, module, deck)["onoise_spectrum"][0]
             assert found**2 == pytest.approx((density + 4.0) * 1e-18 * 500**2, rel=1e-4)
         whole = run(tmp_path, module, "V1 in 0 0.5 ac 1\n.options temp=-273.1499\n.noise v(out) v1 lin 1000 1 10")
-        # from 1 to 10 Hz: 49.5 of the line; of the logarithms f^1: 49.5 as well
-        total = np.asarray(whole.tables["integrated noise"]["onoise_total"])[0] if hasattr(whole, "tables") else None
-        if total is not None:
-            assert total**2 == pytest.approx((49.5 + 36.0) * 1e-18 * 500**2, rel=1e-3)
+        total = whole.table("integrated noise").column("onoise_total")[0]
+        assert total**2 == pytest.approx((integral + 36.0) * 1e-18 * 500**2, rel=1e-3)
 
 
 REFUSED = {
