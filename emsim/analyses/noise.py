@@ -100,11 +100,13 @@ class Noise(OverFrequencies):
         linear, trouble = linearised(assembly, self, self.static)
         columns: list[bytes] = []
         sources: list[Source] = []
-        colours: list[tuple[int, Callable[[float], float]]] = []  # which of them, and its factor at a frequency
+        colours: list[
+            tuple[int, Callable[[float], float]]
+        ] = []  # which of them, and its factor at a frequency
         if linear is not None:
             sources = list(_sources(assembly, linear))
             for k, (name, word, *_) in enumerate(sources):
-                factor = ctx.elements[name].factor(word) if name in ctx.elements else None
+                factor = getattr(ctx.elements.get(name), "noise_tables", {}).get(word)
                 if factor is not None:
                     colours.append((k, factor))
             for e in ctx.elements.values():

@@ -429,8 +429,7 @@ class _Flattener:
         self.names[name] = card
         found = level.scope.find_subckt(card.of.name)
         if found is None and card.of.name.lower() in self.flat.modules:
-            self.of_module(card, level)
-            return
+            return self.of_module(card, level)
         if found is None:
             near = suggest(card.of.name, level.scope.all_subckts())
             hint = f"did you mean `{near}`?" if near else "a .subckt or an .include that holds it is missing"

@@ -543,10 +543,6 @@ class Element:
         [A^2/Hz])."""
         return ()
 
-    def factor(self, source: str) -> Callable[[float], float] | None:
-        """Of a source that a device of the engine has, by name: the factor of its density at a frequency, where there is one."""
-        return None
-
     def thermal(self, ctx: Context, conductance: Scalar) -> Scalar:
         """4 k T G, the power density of a conductance's current of noise [A^2/Hz]."""
         return 4.0 * BOLTZMANN * (self.temperature(ctx) + ZERO_CELSIUS) * conductance

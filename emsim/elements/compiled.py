@@ -78,7 +78,9 @@ class Compiled(Element):
     sign: float
     behaves: bool  # it hangs on time, on the kind of analysis, or on events
     stimuli: list[tuple[int, complex]]  # of ac_stim
-    noise_tables: dict[str, Callable[[float], float]]  # source of noise -> factor of its density at a frequency
+    noise_tables: dict[
+        str, Callable[[float], float]
+    ]  # source of noise -> factor of its density at a frequency
 
     @classmethod
     def shown(cls) -> list[Module]:
@@ -305,9 +307,6 @@ class Compiled(Element):
             ctx.remark("W288", f"`{module.name}` has {text}", self.model.span)
         if longest is not None:
             ctx.longest_step = min(ctx.longest_step, longest)
-
-    def factor(self, source: str) -> Callable[[float], float] | None:
-        return getattr(self, "noise_tables", {}).get(source)
 
     def excite(self, ctx: Context) -> Sequence[tuple[int, complex]]:
         return self.stimuli

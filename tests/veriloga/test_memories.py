@@ -1,4 +1,4 @@
-"""Variables that keep their value from one evaluation to the next without an event: latches, what was held, and what is refused."""
+"""Variables that keep their value without an event: latches, what was held, and what is refused."""
 
 from __future__ import annotations
 
@@ -23,7 +23,9 @@ LATCH = "if (V(in) > 0.6) s = 1; else if (V(in) < 0.4) s = 0;"
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("start", ["real s = 0;", "integer s; analog initial s = 0;", "real s;", "integer s;"])
+@pytest.mark.parametrize(
+    "start", ["real s = 0;", "integer s; analog initial s = 0;", "real s;", "integer s;"]
+)
 def test_a_latch(start: str, method: str, tmp_path: Path) -> None:
     """Between its thresholds it is what it was: 1 from 0.6 s to 1.6 s, and again from 2.6 s on."""
     declared, _, first = start.partition(" analog ")
@@ -40,7 +42,9 @@ def test_a_latch(start: str, method: str, tmp_path: Path) -> None:
 
 def test_what_the_start_gives_and_once_for_all(tmp_path: Path) -> None:
     found = course(tmp_path, "@(initial_step) s = 3; if (V(in) > 0.5) s = 1; V(out) <+ s;", "real s;")
-    assert [found.at("v(out)", t) for t in (0.3, 0.7, 1.3, 1.7, 2.2)] == pytest.approx([3, 1, 1, 1, 1], abs=1e-6)
+    assert [found.at("v(out)", t) for t in (0.3, 0.7, 1.3, 1.7, 2.2)] == pytest.approx(
+        [3, 1, 1, 1, 1], abs=1e-6
+    )
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -55,8 +59,21 @@ def test_follow_and_hold(method: str, tmp_path: Path) -> None:
 def test_one_that_hangs_on_another(tmp_path: Path) -> None:
     """x is held by the latch, in either order of the text."""
     for body in (f"{LATCH} if (s) x = V(in);", f"if (s) x = V(in); {LATCH}"):
-        found = course(tmp_path, body + " V(out) <+ x;", "real x = 0; integer s = 0;", ".options reltol=1e-6\n.tran 10m 3")
-        for t, wanted in ((0.5, 0.0), (0.8, 0.8), (1.3, 0.7), (1.55, 0.45), (1.8, 0.4), (2.3, 0.4), (2.8, 0.8)):
+        found = course(
+            tmp_path,
+            body + " V(out) <+ x;",
+            "real x = 0; integer s = 0;",
+            ".options reltol=1e-6\n.tran 10m 3",
+        )
+        for t, wanted in (
+            (0.5, 0.0),
+            (0.8, 0.8),
+            (1.3, 0.7),
+            (1.55, 0.45),
+            (1.8, 0.4),
+            (2.3, 0.4),
+            (2.8, 0.8),
+        ):
             assert found.at("v(out)", t) == pytest.approx(wanted, abs=1e-4)
 
 
@@ -70,9 +87,21 @@ def test_hysteresis_in_a_sweep(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("body", "declared", "said"),
     [
-        ("if (V(in) > x) x = V(in); V(out) <+ x;", "real x = 0;", "x keeps its value .* and is computed of it"),
-        ("if (V(in) > 0.5) x = x + 1; V(out) <+ x;", "real x = 0;", "x keeps its value .* and is computed of it"),
-        ("if (V(in) > 0.5) x[0] = 1; V(out) <+ x[0];", "real x[0:1] = '{0, 0};", "x has a value at the start"),
+        (
+            "if (V(in) > x) x = V(in); V(out) <+ x;",
+            "real x = 0;",
+            "x keeps its value .* and is computed of it",
+        ),
+        (
+            "if (V(in) > 0.5) x = x + 1; V(out) <+ x;",
+            "real x = 0;",
+            "x keeps its value .* and is computed of it",
+        ),
+        (
+            "if (V(in) > 0.5) x[0] = 1; V(out) <+ x[0];",
+            "real x[0:1] = '{0, 0};",
+            "x has a value at the start",
+        ),
     ],
 )
 def test_what_hangs_on_how_often_it_is_evaluated(body: str, declared: str, said: str, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""slew(), timers that events set, absdelta, filters in z and idt with a reset, beside courses made by hand, under every method."""
+"""slew(), timers that events set, absdelta, filters in z, idt with a reset: beside courses made by hand, under every method."""
 
 from __future__ import annotations
 
@@ -19,13 +19,17 @@ HEADER = "inout in, out; electrical in, out;"
 
 def behaving(tmp_path: Path, body: str, source: str, tail: str, declared: str = "") -> emsim.Result:
     module = f"module m(in, out); {HEADER} {declared}\nanalog begin {body} end\nendmodule\n"
-    return run(tmp_path, module, f"V1 in 0 {source}\nN1 in out n\nR1 out 0 1k\n.model n m\n.save v(out)\n{tail}")
+    return run(
+        tmp_path, module, f"V1 in 0 {source}\nN1 in out n\nR1 out 0 1k\n.model n m\n.save v(out)\n{tail}"
+    )
 
 
 def slewed_sine(rate: float) -> list[tuple[float, float, str]]:
     """sin(2 pi t) held to +-rate: it leaves the sine where that is as steep and meets it where the line does, in turn."""
     w, t, parts = 2 * pi, 0.0, []
-    leave = np.arccos(rate / w) / w  # cos = rate/w: where the slope falls below the rate; before it the line from 0
+    leave = (
+        np.arccos(rate / w) / w
+    )  # cos = rate/w: where the slope falls below the rate; before it the line from 0
     assert rate < w
     meets = brentq(lambda s: sin(w * s) - rate * s, leave, 0.5)
     parts.append((0.0, meets, "up"))
@@ -36,7 +40,11 @@ def slewed_sine(rate: float) -> list[tuple[float, float, str]]:
         parts.append((parts[-1][1], t, "on"))
         way = -1 if sin(w * (t - 0.01)) > 0 else 1
         start = sin(w * t)
-        end = brentq(lambda s, t=t, start=start, way=way: sin(w * s) - (start + way * rate * (s - t)), t + 0.05, t + 0.49)
+        end = brentq(
+            lambda s, t=t, start=start, way=way: sin(w * s) - (start + way * rate * (s - t)),
+            t + 0.05,
+            t + 0.49,
+        )
         parts.append((t, end, "up" if way > 0 else "down"))
         t += 0.5
     return parts
@@ -46,7 +54,10 @@ def slewed_sine(rate: float) -> list[tuple[float, float, str]]:
 def test_a_sine_that_is_too_steep(method: str, tmp_path: Path) -> None:
     rate = 4.5
     found = behaving(
-        tmp_path, f"V(out) <+ slew(V(in), {rate});", "sin(0 1 1)", f".options method={method} reltol=1e-6\n.tran 5m 3"
+        tmp_path,
+        f"V(out) <+ slew(V(in), {rate});",
+        "sin(0 1 1)",
+        f".options method={method} reltol=1e-6\n.tran 5m 3",
     )
     parts = slewed_sine(rate)
     assert len(parts) == 13
@@ -62,7 +73,7 @@ def test_a_sine_that_is_too_steep(method: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_jumps_become_ramps(method: str, tmp_path: Path) -> None:
-    """A square of 0 and 1 that rises with 5/s and falls with 20/s; one that turns before it is there goes back from where it is."""
+    """A square of 0 and 1 that rises with 5/s and falls with 20/s; one that turns too early goes back from where it is."""
     found = behaving(
         tmp_path,
         "V(out) <+ slew(V(in) > 0 ? 1 : 0, 5, -20);",
@@ -173,7 +184,10 @@ def test_filters_of_samples(name: str, method: str, tmp_path: Path) -> None:
 
 def test_an_edge_of_a_filter_and_an_integrator(tmp_path: Path) -> None:
     found = behaving(
-        tmp_path, "V(out) <+ zi_nd(V(in), '{1}, '{1, -1}, 0.1, 20m, 0.1);", "2", ".tran 1m 1\n.options reltol=1e-6"
+        tmp_path,
+        "V(out) <+ zi_nd(V(in), '{1}, '{1, -1}, 0.1, 20m, 0.1);",
+        "2",
+        ".tran 1m 1\n.options reltol=1e-6",
     )
     # a pole at 0 Hz: it begins with one sample of 2, and 2 more each
     for k in range(1, 9):
@@ -235,7 +249,10 @@ def test_random_numbers_are_those_of_their_distribution(tmp_path: Path) -> None:
         "$rdist_erlang(seed, 2, 4)": (4.0, 4 / sqrt(2.0)),
         "$random(seed) / 2147483648.0": (0.0, 1 / sqrt(3.0)),
     }
-    total = "; ".join(f"x = {call}; s[{2 * k}] = s[{2 * k}] + x; s[{2 * k + 1}] = s[{2 * k + 1}] + x * x" for k, call in enumerate(draws))
+    total = "; ".join(
+        f"x = {call}; s[{2 * k}] = s[{2 * k}] + x; s[{2 * k + 1}] = s[{2 * k + 1}] + x * x"
+        for k, call in enumerate(draws)
+    )
     body = f"@(initial_step) seed = SEED; @(timer(1u, 1u)) begin {total}; end V(out) <+ s[0];" + "".join(
         f" o{k} = s[{k}];" for k in range(2 * len(draws))
     )
@@ -244,7 +261,9 @@ def test_random_numbers_are_those_of_their_distribution(tmp_path: Path) -> None:
     )
     wanted = " ".join(f"@n1[o{k}]" for k in range(2 * len(draws)))
     runs = [
-        behaving(tmp_path, body.replace("SEED", str(seed)), "0", f".tran 100u 2.0005m\n.save {wanted}", declared)
+        behaving(
+            tmp_path, body.replace("SEED", str(seed)), "0", f".tran 100u 2.0005m\n.save {wanted}", declared
+        )
         for seed in (1, 1, 5)
     ]
     first, again, other = ([float(np.real(r[f"@n1[o{k}]"][-1])) for k in range(2 * len(draws))] for r in runs)

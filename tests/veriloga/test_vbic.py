@@ -1,8 +1,8 @@
 """VBIC, levels 4 and 9 of Q, beside ngspice 39 at its own temperature, and its laws of temperature by themselves.
 
 ngspice 39 has the exponents of a device without self-heating at tnom, whatever its temperature is, and leaves cbeo and cbco out
-of .ac. A resistance of 0 is about a milliohm there, and the noise of rbp is between other nodes. So what is compared is at 27 C, with
-resistances, without cbeo and cbco, and noise with a large rbp."""
+of .ac. A resistance of 0 is about a milliohm there, and the noise of rbp is between other nodes. So what is compared is at 27 C,
+with resistances, without cbeo and cbco, and noise with a large rbp."""
 
 from __future__ import annotations
 
@@ -37,7 +37,11 @@ TIGHT = ".options reltol=1e-7 abstol=1e-18 vntol=1e-10 gmin=1e-15\n"
 
 def card(variant: dict[str, float | None], sort: str, level: int) -> str:
     values = {**CARD, **variant}
-    return f".model q {sort} level={level} " + " ".join(f"{k}={v}" for k, v in values.items() if v is not None) + "\n"
+    return (
+        f".model q {sort} level={level} "
+        + " ".join(f"{k}={v}" for k, v in values.items() if v is not None)
+        + "\n"
+    )
 
 
 def both(tmp_path: Path, body: str, names: list[str]) -> tuple[np.ndarray, emsim.Result]:
@@ -61,7 +65,10 @@ NAMES = ["i(vc)", "i(vb)", "i(vs)"]
 def test_currents(variant: str, sort: str, tmp_path: Path) -> None:
     sign = 1 if sort == "npn" else -1
     level = 4 if sort == "npn" else 9
-    for sweep in (f".dc vb {0.3 * sign} {1.1 * sign} {0.05 * sign}", f".dc vc {-0.5 * sign} {5 * sign} {0.25 * sign}"):
+    for sweep in (
+        f".dc vb {0.3 * sign} {1.1 * sign} {0.05 * sign}",
+        f".dc vc {-0.5 * sign} {5 * sign} {0.25 * sign}",
+    ):
         body = f"vb b 0 {0.8 * sign}\nvc c 0 {2 * sign}\nvs s 0 {-sign}\nq1 c b 0 s q\n{sweep}\n"
         theirs, ours = both(tmp_path, card(VARIANTS[variant], sort, level) + body, NAMES)
         for k, name in enumerate(NAMES):
@@ -109,7 +116,8 @@ def test_a_switched_stage(tmp_path: Path) -> None:
 def test_the_exponents_follow_the_temperature(temp: float, tmp_path: Path) -> None:
     """ic = is(t) exp(v/vt), is(t) = is (t/tn)^xis exp(-ea (1 - t/tn)/vt): McAndrew 1996, its equations of temperature."""
     (tmp_path / "q.cir").write_text(
-        f"hot\n.temp {temp}\n.options gmin=1e-20 abstol=1e-20\nvb b 0 0.5\nvc c 0 0.5\nq1 c b 0 q\n.model q npn level=4\n.op\n.end\n"
+        f"hot\n.temp {temp}\n.options gmin=1e-20 abstol=1e-20\nvb b 0 0.5\nvc c 0 0.5\nq1 c b 0 q\n"
+        ".model q npn level=4\n.op\n.end\n"
     )
     found = -emsim.run(tmp_path / "q.cir")["i(vc)"][-1]
     t, tn = temp + 273.15, 300.15

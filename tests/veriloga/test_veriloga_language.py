@@ -535,9 +535,9 @@ def test_laplace_is_the_transfer_function(form, top, bottom):
     ("body", "word"),
     [
         ("I(a) <+ transition(V(a), 0, 1n);", "transition"),
-        ("I(a) <+ slew(V(a), 1);", "slew"),
-        ("@(absdelta(V(a), 1)) x = 1; I(a) <+ x;", "absdelta"),
-        ("I(a) <+ zi_nd(V(a), '{1}, '{1}, 1);", "zi_nd"),
+        ("I(a) <+ slew(V(a), V(b));", "slew"),
+        ("@(absdelta(V(a), V(b))) x = 1; I(a) <+ x;", "absdelta"),
+        ("I(a) <+ zi_nd(V(a), '{1}, '{1}, 0);", "zi_nd"),
     ],
 )
 def test_what_cannot_be_done_is_refused_by_name_and_line(body, word):

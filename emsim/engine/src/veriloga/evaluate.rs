@@ -11,8 +11,6 @@ use std::rc::Rc;
 const VOLTS_PER_KELVIN: f64 = 1.380649e-23 / 1.602176634e-19;
 /// Where limexp goes on as a straight line.
 const STEEPEST: f64 = 80.0;
-/// A row has no more items (rows of variables are as long at most).
-const MOST_REPEATED: i64 = 100_000;
 
 impl Elaborator<'_> {
     pub fn eval(&mut self, e: E) -> Answer<Val> {
@@ -63,9 +61,10 @@ impl Elaborator<'_> {
                 continue;
             };
             let times = self.index_of(*count)?;
-            if !(0..=MOST_REPEATED).contains(&times) {
+            // a row of variables is as long at most
+            if !(0..=100_000).contains(&times) {
                 let what = format!("repeated {times} times");
-                return self.stop(self.place(*count), what, format!("0 to {MOST_REPEATED} times"));
+                return self.stop(self.place(*count), what, "0 to 100000 times");
             }
             for _ in 0..times {
                 self.listed(items, row)?;

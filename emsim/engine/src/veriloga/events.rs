@@ -11,9 +11,6 @@ use crate::graph::{Id, Node};
 use std::collections::{BTreeSet, HashSet};
 use std::rc::Rc;
 
-/// Values of a row that events set: each has a history of its own.
-const MOST_KEPT: usize = 1000;
-
 /// A variable that events set, or a row of them.
 pub struct Held {
     cells: Vec<Cell>,
@@ -68,10 +65,11 @@ impl<'a> Elaborator<'a> {
         for k in set {
             let variable = self.variable(k).clone();
             let (first, starts) = match self.frame.values[k as usize].clone() {
-                Val::Row(_, items) if items.len() > MOST_KEPT => {
+                // each has a history of its own
+                Val::Row(_, items) if items.len() > 1000 => {
                     let what =
                         format!("{} is set at an event, and has {} values", self.word(variable.name), items.len());
-                    return self.stop(variable.at, what, format!("{MOST_KEPT} are kept at most"));
+                    return self.stop(variable.at, what, "1000 are kept at most");
                 }
                 Val::Row(first, items) => (Some(first), items.to_vec()),
                 one => (None, vec![one]),

@@ -8,12 +8,7 @@ use super::source::Place;
 use crate::graph::{Fun, Id};
 use std::f64::consts::PI;
 
-const FACTOR: f64 = 69069.0;
-/// 2^32, the modulus of the seed.
-const MODULUS: f64 = 4_294_967_296.0;
-/// What a seed of 0 stands for (IEEE 1364, 17.9.3).
-const FOR_ZERO: f64 = 259_341_593.0;
-/// Degrees of freedom and stages at most: each is a value of its own.
+/// Degrees of freedom, stages and means at most: each is a value of its own.
 const MOST: f64 = 100.0;
 
 /// Does a function of that name draw, and set its seed?
@@ -24,7 +19,9 @@ pub fn draws(name: &str) -> bool {
 impl Elaborator<'_> {
     /// The seed where it is, goes on; a constant is a seed of its own. A number between 0 and 1, neither of them.
     fn uniform(&mut self, seed: &mut Id) -> Id {
-        let [one, half, factor, modulus, instead] = [1.0, 0.5, FACTOR, MODULUS, FOR_ZERO].map(|v| self.g.constant(v));
+        // IEEE 1364, 17.9.3: the factor, and what a seed of 0 stands for
+        let [one, half, factor, modulus, instead] =
+            [1.0, 0.5, 69069.0, 2f64.powi(32), 259_341_593.0].map(|v| self.g.constant(v));
         let from = self.g.select(*seed, *seed, instead);
         let next = self.g.mul(factor, from);
         let next = self.g.add(next, one);
@@ -95,7 +92,7 @@ impl Elaborator<'_> {
         let whole = name == "$random" || name.starts_with("$dist");
         let given = self.plain_number(place)?.id;
         // a negative seed stands for what is 2^32 above it
-        let [zero, one, modulus] = [0.0, 1.0, MODULUS].map(|v| self.g.constant(v));
+        let [zero, modulus] = [0.0, 2f64.powi(32)].map(|v| self.g.constant(v));
         let above = self.g.not_less(given, zero);
         let lift = self.g.add(given, modulus);
         let mut seed = self.g.select(above, given, lift);
@@ -109,60 +106,9 @@ impl Elaborator<'_> {
             }
             of.push(if counted && k == 1 { self.known_count(e, kind)? } else { self.plain_number(e)?.id });
         }
-        let number = |run: &Self, k: usize| run.g.value(of[k]).unwrap_or(0.0);
-        let x = match kind {
-            "$random" => {
-                self.uniform(&mut seed);
-                seed
-            }
-            "uniform" => {
-                let u = self.uniform(&mut seed);
-                let more = if whole { one } else { zero };
-                let width = self.g.sub(of[1], of[0]);
-                let width = self.g.add(width, more);
-                let way = self.g.mul(width, u);
-                let x = self.g.add(of[0], way);
-                if whole {
-                    self.g.call(Fun::Floor, x)
-                } else {
-                    x
-                }
-            }
-            "normal" => {
-                let n = self.normal(&mut seed);
-                let way = self.g.mul(n, of[1]);
-                self.g.add(of[0], way)
-            }
-            "exponential" => {
-                let e = self.exponential(&mut seed);
-                self.g.mul(of[0], e)
-            }
-            "poisson" => {
-                let mean = number(self, 0);
-                self.poisson(&mut seed, mean)
-            }
-            "square" => {
-                let degrees = number(self, 0);
-                self.chi_square(&mut seed, degrees)
-            }
-            "t" => {
-                let degrees = number(self, 0);
-                let (n, chi) = (self.normal(&mut seed), self.chi_square(&mut seed, degrees));
-                let mean = self.g.div(chi, of[0]);
-                let root = self.g.call(Fun::Sqrt, mean);
-                self.g.div(n, root)
-            }
-            _ => {
-                // a sum of stages, whose mean is given
-                let degrees = number(self, 0);
-                let chi = self.chi_square(&mut seed, 2.0 * degrees);
-                let stages = self.g.constant(2.0 * degrees);
-                let stage = self.g.div(chi, stages);
-                self.g.mul(stage, of[1])
-            }
-        };
+        let x = self.drawn(kind, &mut seed, &of, whole);
         // seeds and integers are kept with a sign, as those of 32 bits
-        let limit = self.g.constant(MODULUS / 2.0);
+        let limit = self.g.constant(2f64.powi(31));
         let signed = |run: &mut Self, v: Id| {
             let beyond = run.g.not_less(v, limit);
             let less = run.g.sub(v, modulus);
@@ -178,6 +124,63 @@ impl Elaborator<'_> {
         let x = if kind == "$random" { signed(self, x) } else { x };
         let n = self.real(x);
         Ok(if whole { self.rounded(&n) } else { n })
+    }
+
+    /// A number of a distribution with the parameters `of` it.
+    fn drawn(&mut self, kind: &str, seed: &mut Id, of: &[Id], whole: bool) -> Id {
+        let [zero, one] = [0.0, 1.0].map(|v| self.g.constant(v));
+        let number = |run: &Self, k: usize| run.g.value(of[k]).unwrap_or(0.0);
+        match kind {
+            "$random" => {
+                self.uniform(seed);
+                *seed
+            }
+            "uniform" => {
+                let u = self.uniform(seed);
+                let more = if whole { one } else { zero };
+                let width = self.g.sub(of[1], of[0]);
+                let width = self.g.add(width, more);
+                let way = self.g.mul(width, u);
+                let x = self.g.add(of[0], way);
+                if whole {
+                    self.g.call(Fun::Floor, x)
+                } else {
+                    x
+                }
+            }
+            "normal" => {
+                let n = self.normal(seed);
+                let way = self.g.mul(n, of[1]);
+                self.g.add(of[0], way)
+            }
+            "exponential" => {
+                let e = self.exponential(seed);
+                self.g.mul(of[0], e)
+            }
+            "poisson" => {
+                let mean = number(self, 0);
+                self.poisson(seed, mean)
+            }
+            "square" => {
+                let degrees = number(self, 0);
+                self.chi_square(seed, degrees)
+            }
+            "t" => {
+                let degrees = number(self, 0);
+                let (n, chi) = (self.normal(seed), self.chi_square(seed, degrees));
+                let mean = self.g.div(chi, of[0]);
+                let root = self.g.call(Fun::Sqrt, mean);
+                self.g.div(n, root)
+            }
+            _ => {
+                // a sum of stages, whose mean is given
+                let degrees = number(self, 0);
+                let chi = self.chi_square(seed, 2.0 * degrees);
+                let stages = self.g.constant(2.0 * degrees);
+                let stage = self.g.div(chi, stages);
+                self.g.mul(stage, of[1])
+            }
+        }
     }
 
     /// Degrees of freedom, stages, or the mean of Poisson's distribution.

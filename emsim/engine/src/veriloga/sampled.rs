@@ -7,9 +7,6 @@ use super::folded::{symbol_of, Mode};
 use super::source::Place;
 use crate::graph::Id;
 
-/// A filter of a higher order is refused.
-const MOST_ORDER: usize = 200;
-
 impl Elaborator<'_> {
     /// zi_xx(x, numerator, denominator, period, edge, start). At operating points its gain is that at 0 Hz, or b0 where a pole is there.
     pub fn sampled(&mut self, name: &str, arguments: &[E], at: Place) -> Answer<Num> {
@@ -43,8 +40,9 @@ impl Elaborator<'_> {
                 "1 + d1/z + d2/z^2: the output would come before its input",
             );
         };
-        if order > MOST_ORDER {
-            return self.stop(at, format!("{name} of order {order}"), format!("{MOST_ORDER} is the most"));
+        // each order is two histories
+        if order > 200 {
+            return self.stop(at, format!("{name} of order {order}"), "200 is the most");
         }
         if self.frame.at_event {
             return self.stop(at, format!("{name} at an event"), "write it outside of the event");

@@ -9,9 +9,6 @@ use super::source::Place;
 use crate::derive::gradient;
 use crate::graph::{Id, Node};
 
-/// A slope counts as beyond its bound by this part of it: one that equals it would turn by rounding.
-const BEYOND: f64 = 1e-9;
-
 impl Elaborator<'_> {
     /// At operating points and in sweeps x itself.
     pub fn slew(&mut self, arguments: &[E], at: Place) -> Answer<Num> {
@@ -47,7 +44,8 @@ impl Elaborator<'_> {
         let (over, under) = (self.mode(Mode::Above(over)), self.mode(Mode::Above(under)));
         let (mut rises, mut falls) = (over, under);
         if let Some(slope) = self.rate(x) {
-            let more = self.g.constant(1.0 + BEYOND);
+            // one that equals its bound would turn by rounding
+            let more = self.g.constant(1.0 + 1e-9);
             let (most, least) = (self.g.mul(up, more), self.g.mul(down, more));
             let (fast, sinks) = (self.g.sub(slope, most), self.g.sub(least, slope));
             let (fast, sinks) = (self.mode(Mode::Above(fast)), self.mode(Mode::Above(sinks)));

@@ -8,9 +8,6 @@ use super::source::{self, Place};
 use crate::graph::Id;
 use std::path::Path;
 
-/// Points at most: each is an expression of its own.
-const MOST: usize = 65_536;
-
 #[derive(Clone, Copy, PartialEq)]
 enum Between {
     Ignored,
@@ -87,8 +84,8 @@ impl Elaborator<'_> {
                 "each point has a number for each input and a value, as the control string says",
             );
         }
-        if points.len() > MOST || points.iter().flatten().any(|v| !v.is_finite()) {
-            return self.stop(at, format!("{} points", points.len()), format!("{MOST} finite ones are the most"));
+        if points.iter().flatten().any(|v| !v.is_finite()) {
+            return self.stop(at, "a number of this table is infinite", "");
         }
         let points: Vec<Vec<f64>> =
             points.iter().map(|p| used.iter().map(|&k| p[k]).chain([p[value]]).collect()).collect();

@@ -6,9 +6,6 @@ use super::elaborate::{Answer, Elaborator};
 use super::folded::Mode;
 use crate::graph::{Fun, Id};
 
-/// Of a period: so near to an instant is on it (rounding of start + k period).
-const ON_IT: f64 = 1e-6;
-
 impl Elaborator<'_> {
     /// timer(start, period, tolerance, enable): does it fire where a run begins, and later?
     pub fn timer(&mut self, trigger: E) -> Answer<(Option<Id>, Id)> {
@@ -76,7 +73,8 @@ impl Elaborator<'_> {
     /// A start and a period that events set: it fires at the first instant start + k period behind the one at which it fired last.
     fn moved_timer(&mut self, start: Id, period: Id) -> Id {
         let last = self.g.symbol();
-        let [zero, one, never, on_it] = [0.0, 1.0, -1.0, ON_IT].map(|v| self.g.constant(v));
+        // so near to an instant, in periods, is on it: rounding of start + k period
+        let [zero, one, never, on_it] = [0.0, 1.0, -1.0, 1e-6].map(|v| self.g.constant(v));
         let (begun, time) = (self.begun(), self.g.time());
         let repeats = self.g.not_less(zero, period);
         let repeats = self.g.select(repeats, zero, one);
