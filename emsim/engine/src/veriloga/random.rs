@@ -8,9 +8,6 @@ use super::source::Place;
 use crate::graph::{Fun, Id};
 use std::f64::consts::PI;
 
-/// Degrees of freedom, stages and means at most: each is a value of its own.
-const MOST: f64 = 100.0;
-
 /// Does a function of that name draw, and set its seed?
 pub fn draws(name: &str) -> bool {
     name == "$random" || name.starts_with("$rdist_") || name.starts_with("$dist_")
@@ -187,12 +184,14 @@ impl Elaborator<'_> {
     fn known_count(&mut self, e: E, kind: &str) -> Answer<Id> {
         let v = self.known(e, "this number of a distribution")?;
         let fits = if kind == "poisson" { v > 0.0 } else { v >= 1.0 && v == v.round() };
-        if !fits || v > MOST {
+        // each degree of freedom and each stage is a value of its own
+        let most = 100.0;
+        if !fits || v > most {
             let what = format!("{v} is no number that this distribution takes");
             return self.stop(
                 self.place(e),
                 what,
-                format!("it is a positive number up to {MOST}, whole but for a mean"),
+                format!("it is a positive number up to {most}, whole but for a mean"),
             );
         }
         Ok(self.g.constant(v))
