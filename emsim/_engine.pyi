@@ -191,10 +191,12 @@ class Builder:
         list[str],
         float | None,
         tuple[list[tuple[int, tuple[float, float]]], list[int]] | None,
+        list[tuple[str, list[tuple[float, float]], bool]],
     ]:
         """An instance of a Verilog-A module between its terminals (-1: ground), m in parallel; `connected`: so many of them
         stand in the deck. Gives what the module says, what of it is not carried out, the longest step that it allows [s];
-        and where it hangs on time, analyses or events: (wave, (re, im)) of its ac_stim, unknowns that are late.
+        and where it hangs on time, analyses or events: (wave, (re, im)) of its ac_stim, unknowns that are late;
+        tables of its noise: name of the source, (frequency, density) ascending, whether logarithms are interpolated.
         ValueError: messages as VerilogA has them, or a sentence."""
     def off(self, name: str) -> None:
         """That instance of a device or a module carries no current in the first solution of an operating point."""

@@ -100,13 +100,19 @@ class Noise(OverFrequencies):
         linear, trouble = linearised(assembly, self, self.static)
         columns: list[bytes] = []
         sources: list[Source] = []
-        colours: list[Callable[[float], float]] = []  # of the last of them
+        colours: list[
+            tuple[int, Callable[[float], float]]
+        ] = []  # which of them, and its factor at a frequency
         if linear is not None:
             sources = list(_sources(assembly, linear))
+            for k, (name, word, *_) in enumerate(sources):
+                factor = getattr(ctx.elements.get(name), "noise_tables", {}).get(word)
+                if factor is not None:
+                    colours.append((k, factor))
             for e in ctx.elements.values():
                 for word, rows, density in e.coloured(ctx):
+                    colours.append((len(sources), density))
                     sources.append((e.name, word, rows, 1.0, 0.0))
-                    colours.append(density)
             silent = [e.name for e in ctx.elements.values() if e.letter in "Rr" and isinstance(e.value, Node)]
             if silent:
                 assembly.flat.sink.note(
@@ -128,7 +134,7 @@ class Noise(OverFrequencies):
             return Run(self, names, ["Hz", *units], failed, self.axis, trouble=trouble)
         gain = [max(g, LEAST) for g in memoryview(columns[0]).cast("d")]
         densities: list[Sequence[float]] = [memoryview(c).cast("d") for c in columns[1:]]
-        for k, density in enumerate(colours, len(densities) - len(colours)):
+        for k, density in colours:
             densities[k] = [d * density(f) for d, f in zip(densities[k], self.frequencies, strict=True)]
         names, own = _named(sources)
         curves = [_sum(densities, members, len(gain)) for members in own]

@@ -274,6 +274,8 @@ class _Flattener:
                 conditions = True
             elif kind is Dot and card.kind == "global":
                 self.globals.update(card.items)
+            elif kind is Dot and card.kind == "hdl":
+                self.reader.modules(card, self.flat.modules)
             else:
                 if kind is MachineCard and card.kind in BLOCKS:
                     scope.blocks.add(card.name)
@@ -437,6 +439,8 @@ class _Flattener:
             return
         self.names[name] = card
         found = level.scope.find_subckt(card.of.name)
+        if found is None and card.of.name.lower() in self.flat.modules:
+            return self.of_module(card, level)
         if found is None:
             near = suggest(card.of.name, level.scope.all_subckts())
             hint = f"did you mean `{near}`?" if near else "a .subckt or an .include that holds it is missing"
@@ -491,6 +495,21 @@ class _Flattener:
         finally:
             self.active.pop()
 
+    def of_module(self, card: Instance, level: Level) -> None:
+        """X on a module of .hdl: what N is with a .model of it, whose parameters stand on the line."""
+        from ..elements.compiled import Compiled
+        from ..elements.n import OfModule
+
+        kind = card.of.name.lower()
+        known = self.flat.modules[kind].parameters
+        own = {key for key in card.params if key in Compiled.instance and key not in known}
+        e = OfModule(card.name, card.nodes, card.span)
+        e.params = {key: value for key, value in card.params.items() if key in own}
+        e.model_name, e.model_span = f"{card.name}:{kind}", card.of.span
+        params = {key: value for key, value in card.params.items() if key not in own}
+        level.scope.models[e.model_name] = Model(e.model_name, kind, params, card.span)
+        self.flat.elements.append(bind_element(e, level, self.models))
+
     def count(self, subckt: Subckt, home: DeckScope, level: int = 0) -> int:
         """Instances that one of a subcircuit comes to at least: what conditions add is not known yet."""
         known = self.counts.get(id(subckt))
@@ -533,9 +552,7 @@ class _Flattener:
 
     def dot(self, card: Dot, level: Level) -> None:
         flat, scope = self.flat, level.scope
-        if card.kind == "hdl":
-            self.reader.modules(card, flat.modules)
-        elif card.kind in ("ic", "nodeset"):
+        if card.kind in ("ic", "nodeset"):
             target = flat.ics if card.kind == "ic" else flat.nodesets
             for node, value, span in card.items:
                 target.append((level.node(node, span), as_float(value, scope), span))

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from bisect import bisect
+from math import log
+
 from ..diagnostics import Fix, Span, did_you_mean
 from .base import TEMPERATURE, Element, M, Param, named, the_last_holds
 from .modules import Module, shipped, where
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from typing import Any, ClassVar
 
     from ..deck import Model
@@ -32,10 +35,26 @@ MECHANICAL = {
 }
 
 
+def _over_frequency(points: list[tuple[float, float]], by_log: bool) -> Callable[[float], float]:
+    """A density [A^2/Hz] over frequency [Hz]: straight lines, of logarithms where `by_log`; beyond the ends constant."""
+    places, values = [p for p, _ in points], [v for _, v in points]
+
+    def density(frequency: float) -> float:
+        k = bisect(places, frequency)
+        if k in (0, len(places)):
+            return values[min(k, len(places) - 1)]
+        (x0, y0), (x1, y1) = points[k - 1], points[k]
+        if by_log:
+            return y0 * (y1 / y0) ** (log(frequency / x0) / log(x1 / x0))
+        return y0 + (y1 - y0) * (frequency - x0) / (x1 - x0)
+
+    return density
+
+
 class Compiled(Element):
     """`sorts`: word of .model -> (module, its `type`); `levels`: level -> module, here or the beginning of its name in .hdl."""
 
-    __slots__ = ("behaves", "module", "shafts", "sign", "stimuli")
+    __slots__ = ("behaves", "module", "noise_tables", "shafts", "sign", "stimuli")
     behind = ("model",)
     flags: ClassVar[tuple[str, ...]] = ("off",)
     is_metered = True
@@ -57,6 +76,9 @@ class Compiled(Element):
     sign: float
     behaves: bool  # it hangs on time, on the kind of analysis, or on events
     stimuli: list[tuple[int, complex]]  # of ac_stim
+    noise_tables: dict[
+        str, Callable[[float], float]
+    ]  # source of noise -> factor of its density at a frequency
 
     @classmethod
     def shown(cls) -> list[Module]:
@@ -129,7 +151,7 @@ class Compiled(Element):
         return words
 
     def check(self, ctx: Circuit) -> None:
-        self.shafts, self.stimuli, self.behaves = {}, [], False
+        self.shafts, self.stimuli, self.behaves, self.noise_tables = {}, [], False, {}
         self.module = self.find(ctx) if self.model is not None else None
         if self.model is not None and self.module is None:
             return
@@ -261,7 +283,7 @@ class Compiled(Element):
         if self.sign and "type" in module.parameters:
             model["type"] = self.sign * self.polarity()
         try:
-            said, left_out, longest, behaviour = ctx.b.module(
+            said, left_out, longest, behaviour, tables = ctx.b.module(
                 module.texts, module.name, self.name, nodes, model, self.given(ctx), self.temperature(ctx),
                 float(self.model.params.get("tnom", ctx.tnom)), self.number("m", 1.0), len(self.nodes),
                 ctx.gmin,
@@ -270,6 +292,7 @@ class Compiled(Element):
             self._told(ctx, trouble.args[0])
             self.module = None  # nothing to read there
             return
+        self.noise_tables = {name: _over_frequency(points, by_log) for name, points, by_log in tables}
         if behaviour is not None:
             stimuli, late = behaviour
             self.behaves, self.stimuli = True, [(k, complex(*z)) for k, z in stimuli]

@@ -164,7 +164,7 @@ def test_parameters_of_macros_have_defaults(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("statement", "said"),
     [
-        ("V(b) <+ slew(V(a), 1);", "slew"),
+        ("V(b) <+ slew(V(a), 0);", "slew with slopes of 0"),
         ("V(b) <+ absdelay(V(a), V(c));", "a delay hangs on voltages"),
         ("V(b) <+ absdelay(V(a), -1n);", "a delay of"),
         ("V(b) <+ idtmod(V(a), 0, -1);", "modulus"),

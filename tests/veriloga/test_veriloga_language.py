@@ -500,9 +500,8 @@ def test_what_is_done_at_the_first_step_may_hang_on_parameters():
 
 
 def test_state_between_evaluations_is_refused():
-    hysteresis = "if (V(a) > 1) on = 1; else if (V(a) < 0) on = 0; I(a, b) <+ on;"
-    with pytest.raises(ValueError, match="keeps that of an earlier evaluation"):
-        run(hysteresis, "real on;")
+    with pytest.raises(ValueError, match="keeps its value from one evaluation to the next, and is computed of it"):
+        run("if (V(a) > 1) on = on + 1; else if (V(a) < 0) on = 0; I(a, b) <+ on;", "real on = 0;")
     with pytest.raises(ValueError, match="keeps that of an earlier evaluation"):
         run("x = x + V(a); I(a, b) <+ x;", "real x;")
     # what is set and read behind one condition is no state
@@ -535,9 +534,9 @@ def test_laplace_is_the_transfer_function(form, top, bottom):
     ("body", "word"),
     [
         ("I(a) <+ transition(V(a), 0, 1n);", "transition"),
-        ("I(a) <+ slew(V(a), 1);", "slew"),
-        ("@(absdelta(V(a), 1)) x = 1; I(a) <+ x;", "absdelta"),
-        ("I(a) <+ zi_nd(V(a), '{1}, '{1}, 1);", "zi_nd"),
+        ("I(a) <+ slew(V(a), V(b));", "slew"),
+        ("@(absdelta(V(a), V(b))) x = 1; I(a) <+ x;", "absdelta"),
+        ("I(a) <+ zi_nd(V(a), '{1}, '{1}, 0);", "zi_nd"),
     ],
 )
 def test_what_cannot_be_done_is_refused_by_name_and_line(body, word):

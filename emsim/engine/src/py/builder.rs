@@ -75,6 +75,9 @@ fn two_terminal(stamps: &mut Vec<(usize, usize, f64)>, (p, n): (Option<usize>, O
     }
 }
 
+/// Of a source of noise: its name, frequencies with densities, and whether logarithms are interpolated.
+type NoiseTables = Vec<(String, Vec<(f64, f64)>, bool)>;
+
 #[pymethods]
 impl Builder {
     #[new]
@@ -591,7 +594,7 @@ impl Builder {
 
     /// An instance of a Verilog-A module between `nodes`, -1 being ground, with its inner unknowns; `connected`: so many terminals stand in
     /// the deck. Returns what the module said, what of it is not carried out, the longest step that it allows [s], and where it hangs on
-    /// time, analyses or events (wave, (re, im)) of ac_stim and the unknowns that are late.
+    /// time, analyses or events (wave, (re, im)) of ac_stim and the unknowns that are late; tables of its noise, by the source's name.
     #[pyo3(signature = (modules, module, name, nodes, model, instance, temp_c=27.0, tnom_c=27.0, m=1.0, connected=usize::MAX,
         gmin=1e-12))]
     #[allow(clippy::too_many_arguments, clippy::type_complexity)]
@@ -609,7 +612,8 @@ impl Builder {
         m: f64,
         connected: usize,
         gmin: f64,
-    ) -> PyResult<(Vec<String>, Vec<String>, Option<f64>, Option<(Vec<(usize, (f64, f64))>, Vec<usize>)>)> {
+    ) -> PyResult<(Vec<String>, Vec<String>, Option<f64>, Option<(Vec<(usize, (f64, f64))>, Vec<usize>)>, NoiseTables)>
+    {
         let rows = nodes.into_iter().map(|k| Ok(self.row(k)?.map_or(-1, |k| k as i32)));
         let nodes = rows.collect::<PyResult<Vec<i32>>>()?;
         let given = veriloga::given([model, instance], [temp_c, tnom_c], m, connected)?;
@@ -624,7 +628,8 @@ impl Builder {
             left_out.push("a $bound_step that voltages decide: steps are not bound by it".into());
         }
         let longest = longest.filter(|h| *h > 0.0 && h.is_finite());
-        Ok((folded.said.clone(), left_out, longest, behaves.any.then_some((behaves.stimuli, behaves.late))))
+        let tables = folded.noise_tables.iter().map(|t| (t.name.clone(), t.points.clone(), t.logarithmic)).collect();
+        Ok((folded.said.clone(), left_out, longest, behaves.any.then_some((behaves.stimuli, behaves.late)), tables))
     }
 
     /// The instance of that name carries no current in the first solution of an operating point.

@@ -58,6 +58,7 @@ pub enum Expression {
     Binary(Operator, E, E),
     Conditional(E, E, E),
     List(Vec<E>),
+    Repeated(E, Vec<E>), // in a list: count{items}
     Empty,
 }
 
@@ -150,8 +151,20 @@ pub struct Instance {
     pub module: Word,
     pub name: Word,
     pub at: Place,
+    /// of a row of instances
+    pub range: Option<(E, E)>,
     pub parameters: Vec<(Option<Word>, E)>,
     pub nodes: Vec<(Option<Word>, E)>,
+}
+
+/// What a generate block holds.
+#[derive(Clone, Debug)]
+pub enum Generated {
+    Instance(Instance),
+    Analog(S),
+    Block(Option<Word>, Vec<Generated>),
+    If(E, Vec<Generated>, Vec<Generated>),
+    For(S, E, S, Vec<Generated>),
 }
 
 #[derive(Clone, Debug, Default)]
@@ -168,6 +181,9 @@ pub struct Module {
     pub initial: Vec<S>,
     pub analog: Vec<S>,
     pub instances: Vec<Instance>,
+    pub generated: Vec<Generated>,
+    /// the analogue blocks among what is generated
+    pub generated_analog: Vec<S>,
     /// of a paramset: the module that it is a set of parameters for, and what it chooses
     pub base: Option<Word>,
     pub choices: Vec<(Word, E, Place)>,

@@ -257,7 +257,11 @@ impl Reader<'_> {
                     self.expression(parts[2], false),
                 )
             }
-            (_, "set") => Expression::List(c.iter().map(|&e| self.expression(e, false)).collect()),
+            (_, "set") => Expression::List(c.iter().map(|&e| self.expression(e, names)).collect()),
+            (_, "replicated") => {
+                let count = self.expression(c[0], false);
+                Expression::Repeated(count, c[1..].iter().map(|&e| self.expression(e, names)).collect())
+            }
             _ => Expression::Empty,
         };
         self.push(node, made)
@@ -265,28 +269,8 @@ impl Reader<'_> {
 
     pub(super) fn number(&mut self, node: u32) -> Expression {
         let text: String = self.text(node).chars().filter(|&c| c != '_').collect();
-        let scale = match text.chars().last() {
-            Some('T') => 1e12,
-            Some('G') => 1e9,
-            Some('M') => 1e6,
-            Some('K' | 'k') => 1e3,
-            Some('m') => 1e-3,
-            Some('u') => 1e-6,
-            Some('n') => 1e-9,
-            Some('p') => 1e-12,
-            Some('f') => 1e-15,
-            Some('a') => 1e-18,
-            _ => 1.0,
-        };
-        let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-        // 1.5u is the number nearest to 1.5e-6
-        let value = match scale {
-            1.0 => digits.parse().unwrap_or(0.0),
-            s if digits.contains(['e', 'E']) => digits.parse::<f64>().unwrap_or(0.0) * s,
-            s => format!("{digits}e{}", s.log10().round()).parse().unwrap_or(0.0),
-        };
-        let whole =
-            digits.len() == text.len() && digits.bytes().all(|b| b.is_ascii_digit()) && value <= 2_147_483_647.0;
+        let value = scaled(&text).unwrap_or(0.0);
+        let whole = text.bytes().all(|b| b.is_ascii_digit()) && value <= 2_147_483_647.0;
         Expression::Number(value, whole)
     }
 
@@ -403,5 +387,28 @@ impl Reader<'_> {
                 false
             }
         }
+    }
+}
+
+/// A number with a letter of scale behind it.
+pub(super) fn scaled(text: &str) -> Option<f64> {
+    let scale = match text.chars().last() {
+        Some('T') => 1e12,
+        Some('G') => 1e9,
+        Some('M') => 1e6,
+        Some('K' | 'k') => 1e3,
+        Some('m') => 1e-3,
+        Some('u') => 1e-6,
+        Some('n') => 1e-9,
+        Some('p') => 1e-12,
+        Some('f') => 1e-15,
+        Some('a') => 1e-18,
+        _ => return text.parse().ok(),
+    };
+    let digits = &text[..text.len() - 1];
+    // 1.5u is the number nearest to 1.5e-6
+    match digits.contains(['e', 'E']) {
+        true => digits.parse::<f64>().ok().map(|v| v * scale),
+        false => format!("{digits}e{}", scale.log10().round()).parse().ok(),
     }
 }

@@ -1,5 +1,6 @@
 //! Declarations of parameters, variables, functions and instances.
 use super::ast::*;
+use super::source::Word;
 use super::tree::{Attributes, Meaning, Reader};
 use std::collections::HashMap;
 
@@ -210,17 +211,15 @@ impl Reader<'_> {
         self.module.functions.push(Function { name, kind, variables, arguments, result, body });
     }
 
-    pub(super) fn instance(&mut self, node: u32) {
+    pub(super) fn instance(&mut self, node: u32) -> Instance {
         let children = self.children(node);
         let names: Vec<u32> = children.iter().copied().filter(|&c| self.terminal(c) == "NAME").collect();
-        if !self.find(node, "range").is_empty() {
-            self.error(self.place(names[1]), "rows of instances are not supported", "write them one by one");
-        }
         let second = children.iter().position(|&c| c == names[1]).unwrap_or(0);
         let mut instance = Instance {
             module: self.word(names[0]),
             name: self.word(names[1]),
             at: self.place(names[0]),
+            range: self.range(node),
             parameters: Vec::new(),
             nodes: Vec::new(),
         };
@@ -247,6 +246,65 @@ impl Reader<'_> {
                 }
             }
         }
-        self.module.instances.push(instance);
+        instance
+    }
+
+    /// What a generate block, or one of its parts, holds.
+    pub(super) fn generated(&mut self, node: u32) -> Vec<Generated> {
+        let c = self.children(node);
+        match self.rule(node) {
+            "generate" => c.iter().flat_map(|&part| self.generated(part)).collect(),
+            "generated" => match c.last() {
+                Some(&what) => self.generated(what),
+                None => Vec::new(),
+            },
+            "generate_block" => {
+                let name = c.iter().copied().find(|&k| self.terminal(k) == "NAME").map(|k| self.word(k));
+                let body = self.find(node, "generated").into_iter().flat_map(|part| self.generated(part)).collect();
+                vec![Generated::Block(name, body)]
+            }
+            "generate_for" => {
+                let (first, condition, next) = (self.simple(c[2]), self.expression(c[3], false), self.simple(c[4]));
+                vec![Generated::For(first, condition, next, self.generated(c[6]))]
+            }
+            "generate_if" => {
+                let (condition, yes) = (self.expression(c[2], false), self.generated(c[4]));
+                let no = c.get(5).map_or_else(Vec::new, |&part| self.generated(part));
+                vec![Generated::If(condition, yes, no)]
+            }
+            "instance" => vec![Generated::Instance(self.instance(node))],
+            "analog" => {
+                let Some(&what) = c.last() else { return Vec::new() };
+                let statement = self.statement(what);
+                self.module.generated_analog.push(statement);
+                vec![Generated::Analog(statement)]
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// defparam x1.r = 2: what the instance is given comes before.
+    pub(super) fn overrides(&mut self, node: u32) {
+        for one in self.find(node, "override_of") {
+            let c = self.children(one);
+            let at = self.place(one);
+            let value = self.expression(c[c.len() - 1], false);
+            let names: Vec<Word> = c.iter().filter(|&&k| self.terminal(k) == "NAME").map(|&k| self.word(k)).collect();
+            let [instance, parameter] = names[..] else {
+                self.error(at, "defparam reaches into an instance of this module alone", "x1.r = 2");
+                continue;
+            };
+            let found = self.module.instances.iter_mut().find(|i| i.name == instance);
+            match found {
+                Some(found) => {
+                    found.parameters.retain(|p| p.0 != Some(parameter));
+                    found.parameters.push((Some(parameter), value));
+                }
+                None => {
+                    let what = format!("defparam: there is no instance {}", self.spelled(instance));
+                    self.error(at, what, "it names an instance of this module, and a parameter of it: x1.r = 2");
+                }
+            }
+        }
     }
 }

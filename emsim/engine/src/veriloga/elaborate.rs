@@ -8,10 +8,11 @@ use super::events::Held;
 use super::folded::{
     self, Description, Flow, Folded, Kind, Limit, Mode, Output, Port, Unknown, GMIN, GROUND, SOURCE_SCALE,
 };
+use super::memory::{Memory, Owner, Remembered};
 use super::source::{Place, Word};
 use super::{Given, Library, Message, Value};
 use crate::graph::{Graph, Id, Node};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -88,6 +89,10 @@ pub struct Frame {
     /// variables that events set
     pub held: BTreeMap<u32, Held>,
     pub at_event: bool,
+    /// variables that have a value where a run begins
+    pub begun: BTreeSet<u32>,
+    /// those of them that keep their value
+    pub memories: BTreeMap<u32, Memory>,
 }
 
 /// One module of the hierarchy.
@@ -115,6 +120,7 @@ pub struct Elaborator<'a> {
     pub branches: Vec<Branch>,
     pub rows: Vec<Flow>,
     pub sources: Vec<Source>,
+    pub noise_tables: Vec<folded::NoiseTable>,
     /// (node, unknown) of flows into a port that were read
     pub port_flows: Vec<(usize, Id, usize)>,
     /// variables without a value: symbols
@@ -134,6 +140,11 @@ pub struct Elaborator<'a> {
     pub modes: Vec<Mode>,
     /// symbols of variables that keep their values, and what they come to
     pub finals: Vec<(Id, Id)>,
+    /// variables that were found to keep their value from one evaluation to the next
+    pub keepers: BTreeSet<Owner>,
+    pub remembered: Vec<Remembered>,
+    /// symbols whose values change between events
+    pub moving: HashSet<Id>,
     pub stimuli: Vec<(f64, f64)>,
     pub outputs: Vec<Output>,
     /// Only parameters have values.
@@ -163,6 +174,7 @@ impl<'a> Elaborator<'a> {
             branches: Vec::new(),
             rows: Vec::new(),
             sources: Vec::new(),
+            noise_tables: Vec::new(),
             port_flows: Vec::new(),
             unset: HashMap::new(),
             path: Vec::new(),
@@ -178,6 +190,9 @@ impl<'a> Elaborator<'a> {
             starts: Vec::new(),
             modes: Vec::new(),
             finals: Vec::new(),
+            keepers: BTreeSet::new(),
+            remembered: Vec::new(),
+            moving: HashSet::new(),
             stimuli: Vec::new(),
             outputs: Vec::new(),
             only_parameters: false,
@@ -371,7 +386,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// One node, or those of a row or of a part of it, in the order in which they are written.
-    fn nodes_at(&mut self, e: E) -> Answer<Vec<usize>> {
+    pub fn nodes_at(&mut self, e: E) -> Answer<Vec<usize>> {
         let (word, part) = match self.library.expressions[e as usize] {
             Expression::Name(word, None) => (word, self.scope.ranges.get(&word).copied()),
             Expression::Name(word, Some(i)) => {
@@ -379,6 +394,13 @@ impl<'a> Elaborator<'a> {
                 (word, Some((index, index)))
             }
             Expression::Part(word, a, b) => (word, Some((self.index_of(a)?, self.index_of(b)?))),
+            Expression::List(ref list) => {
+                let mut nodes = Vec::new();
+                for &item in list {
+                    nodes.extend(self.nodes_at(item)?);
+                }
+                return Ok(nodes);
+            }
             _ => return self.stop(self.place(e), "a node is expected here", ""),
         };
         let indices: Vec<Option<i64>> = match part {
@@ -618,7 +640,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// The parameter of the module that a name means; the exact spelling comes first.
-    fn parameter_named(&self, module: usize, name: &str) -> Option<u32> {
+    pub fn parameter_named(&self, module: usize, name: &str) -> Option<u32> {
         let parameters = &self.library.modules[module].parameters;
         let is = |same: &dyn Fn(&str) -> bool| {
             parameters
@@ -673,7 +695,7 @@ impl<'a> Elaborator<'a> {
     // ---- the hierarchy ----
 
     /// Runs the module of the scope.
-    fn run_module(&mut self, bound: &[Vec<usize>]) -> Answer<()> {
+    pub fn run_module(&mut self, bound: &[Vec<usize>]) -> Answer<()> {
         let module = &self.library.modules[self.scope.module];
         self.make_nodes(bound)?;
         for k in 0..module.parameters.len() {
@@ -688,76 +710,23 @@ impl<'a> Elaborator<'a> {
         for &s in &module.initial {
             self.execute(s)?;
         }
-        self.hold(&module.analog)?;
+        self.hold(&self.all_statements())?;
+        let without = self.remember();
         for &s in &module.analog {
             self.execute(s)?;
         }
-        self.finals.extend(self.frame.held.values().map(|held| (held.symbol, held.now)));
+        self.generate(&module.generated, "")?;
+        self.note_memories(&without);
+        self.finals.extend(self.frame.held.values().flat_map(Held::finals));
         self.operating_values()?;
         for instance in &module.instances {
-            self.instance(instance)?;
+            self.instance(instance, "")?;
         }
-        Ok(())
-    }
-
-    fn instance(&mut self, instance: &super::ast::Instance) -> Answer<()> {
-        let name = self.word(instance.module);
-        let Some(child) = self.library.modules.iter().position(|m| m.name == instance.module) else {
-            let known = self.library.modules.iter().map(|m| self.library.sources.word(m.name));
-            let hint = match super::nearest(name, known) {
-                Some(near) => format!("did you mean {near}?"),
-                None => "it must stand in the same text or in an included one".to_string(),
-            };
-            return self.stop(instance.at, format!("there is no module {name}"), hint);
-        };
-        if self.scope.prefix.matches('.').count() > 20 || self.unknowns.len() > 10_000 {
-            return self.stop(instance.at, "modules are nested too deeply", "does one hold itself?");
-        }
-        // values and nodes, as this module has them
-        let mut values: Vec<(u32, Val)> = Vec::new();
-        let of = &self.library.modules[child];
-        let open: Vec<u32> = (0..of.parameters.len() as u32).filter(|&k| !of.parameters[k as usize].local).collect();
-        for (k, &(word, e)) in instance.parameters.iter().enumerate() {
-            let number = match word {
-                Some(w) => self.parameter_named(child, self.word(w)),
-                None => open.get(k).copied(),
-            };
-            let Some(number) = number else {
-                let what = match word {
-                    Some(w) => format!("{name} has no parameter {}", self.word(w)),
-                    None => format!("{name} has {} parameters", open.len()),
-                };
-                return self.stop(self.place(e), what, "");
-            };
-            values.push((number, self.eval(e)?));
-        }
-        let mut bound: Vec<Vec<usize>> = vec![Vec::new(); of.ports];
-        for (k, &(word, e)) in instance.nodes.iter().enumerate() {
-            let seat = match word {
-                Some(w) => of.nodes[..of.ports].iter().position(|n| n.name == w),
-                None => Some(k).filter(|&k| k < of.ports),
-            };
-            let Some(seat) = seat else {
-                return self.stop(self.place(e), format!("{name} has no such port"), format!("it has {}", of.ports));
-            };
-            if !matches!(self.library.expressions[e as usize], Expression::Empty) {
-                bound[seat] = self.nodes_at(e)?;
-            }
-        }
-        let prefix = format!("{}{}.", self.scope.prefix, self.word(instance.name));
-        let mut scope = Scope::of(child, prefix);
-        scope.given.extend(values);
-        let outer = std::mem::replace(&mut self.scope, scope);
-        let frame = std::mem::take(&mut self.frame);
-        self.resolve_set()?;
-        self.run_module(&bound)?;
-        self.scope = outer;
-        self.frame = frame;
         Ok(())
     }
 
     /// Of a paramset: its choices become what its module is given.
-    fn resolve_set(&mut self) -> Answer<()> {
+    pub fn resolve_set(&mut self) -> Answer<()> {
         let mut nested = 0;
         while let Some(base) = self.library.modules[self.scope.module].base {
             nested += 1;
@@ -939,8 +908,9 @@ impl<'a> Elaborator<'a> {
         let mut needed: Vec<Id> = flows.iter().flat_map(|f| [f.i, f.q]).collect();
         needed.extend(noise.iter().flat_map(|n| [Some(n.power), n.exponent]).flatten());
         needed.extend(self.bound_step);
+        self.resolve_memories(&needed)?;
         needed.extend(self.modes.iter().map(|mode| mode.of()));
-        self.resolve_finals();
+        self.resolve_finals()?;
         let mut needed = crate::derive::substitute(&mut self.g, &needed, &self.finals);
         let unset = |id: Id| self.unset.contains_key(&id);
         if let Some(id) = self.reached(&needed, &unset) {
@@ -991,6 +961,7 @@ impl<'a> Elaborator<'a> {
             ports: self.ports,
             flows,
             noise,
+            noise_tables: self.noise_tables,
             outputs: self.outputs,
             bound_step: self.bound_step,
             said: self.said,
@@ -1045,7 +1016,7 @@ impl<'a> Elaborator<'a> {
 }
 
 impl Scope {
-    fn of(module: usize, prefix: String) -> Scope {
+    pub fn of(module: usize, prefix: String) -> Scope {
         Scope {
             module,
             prefix,
@@ -1065,18 +1036,26 @@ pub fn fold(library: &Library, index: usize, given: &Given) -> Answer<Folded> {
     let word = library.modules[index].name;
     let mut answer = None;
     for k in (0..library.modules.len()).filter(|&k| library.modules[k].name == word) {
-        let mut run = Elaborator::new(library, given);
-        run.scope = Scope::of(k, String::new());
-        let ready = run.take_given().and_then(|()| run.resolve_set());
-        match ready {
-            Ok(()) => {
-                let module = &library.modules[run.scope.module];
-                let ports = run.port_count(module)?;
-                run.terminals = ports;
-                run.run_module(&[])?;
-                return run.finish();
+        let mut keepers = BTreeSet::new();
+        loop {
+            let mut run = Elaborator::new(library, given);
+            run.scope = Scope::of(k, String::new());
+            let ready = run.take_given().and_then(|()| run.resolve_set());
+            if let Err(message) = ready {
+                answer = answer.or(Some(message));
+                break;
             }
-            Err(message) => answer = answer.or(Some(message)),
+            let module = &library.modules[run.scope.module];
+            run.terminals = run.port_count(module)?;
+            run.keepers.clone_from(&keepers);
+            let done = run.run_module(&[]);
+            if run.keepers.len() > keepers.len() {
+                // once more, for what was read of them before was wrong
+                keepers = run.keepers;
+                continue;
+            }
+            done?;
+            return run.finish();
         }
     }
     Err(answer.unwrap_or_default())

@@ -1,7 +1,7 @@
 //! Expressions: numbers where parameters decide, nodes of the graph where voltages do.
 use super::ast::{Expression, Operator, Type, E};
 use super::elaborate::{Answer, Elaborator, Num, Source, Val, MOST_NODES};
-use super::folded::{symbol_of, Limit, Mode, GROUND};
+use super::folded::{symbol_of, Limit, Mode, NoiseTable, GROUND};
 use super::source::{Place, Word};
 use crate::derive::gradient;
 use crate::graph::{Fun, Id, Node};
@@ -36,9 +36,7 @@ impl Elaborator<'_> {
             Expression::Conditional(c, a, b) => self.conditional(*c, *a, *b)?,
             Expression::List(list) => {
                 let mut row = Vec::with_capacity(list.len());
-                for &item in list {
-                    row.push(self.eval(item)?);
-                }
+                self.listed(list, &mut row)?;
                 Val::Row(0, Rc::new(row))
             }
             Expression::System(word) => self.system(*word, &[], e)?,
@@ -48,10 +46,31 @@ impl Elaborator<'_> {
                 let what = format!("{} is no value", self.word(*word));
                 return self.stop(self.place(e), what, "V(node) is the potential of a node");
             }
-            Expression::Port(_) | Expression::Empty => {
+            Expression::Port(_) | Expression::Empty | Expression::Repeated(..) => {
                 return self.stop(self.place(e), "a value is missing here", "");
             }
         })
+    }
+
+    /// What stands between { }, with what is repeated.
+    fn listed(&mut self, list: &[E], row: &mut Vec<Val>) -> Answer<()> {
+        let library = self.library;
+        for &item in list {
+            let Expression::Repeated(count, items) = &library.expressions[item as usize] else {
+                row.push(self.eval(item)?);
+                continue;
+            };
+            let times = self.index_of(*count)?;
+            // a row of variables is as long at most
+            if !(0..=100_000).contains(&times) {
+                let what = format!("repeated {times} times");
+                return self.stop(self.place(*count), what, "0 to 100000 times");
+            }
+            for _ in 0..times {
+                self.listed(items, row)?;
+            }
+        }
+        Ok(())
     }
 
     pub fn number(&mut self, e: E) -> Answer<Num> {
@@ -94,7 +113,7 @@ impl Elaborator<'_> {
         }
     }
 
-    fn row_of_numbers(&mut self, e: E) -> Answer<Vec<f64>> {
+    pub fn row_of_numbers(&mut self, e: E) -> Answer<Vec<f64>> {
         let Val::Row(_, items) = self.eval(e)? else {
             return self.stop(self.place(e), "a row of numbers is expected here", "'{1, 2, ...}");
         };
@@ -113,6 +132,10 @@ impl Elaborator<'_> {
                 "declare it with a range: real name[0:3];",
             );
         };
+        let place = self.plain_number(index)?;
+        if self.value_of(&place).is_none() {
+            return self.element_at(first, &items, &place, index);
+        }
         let at = self.index_of(index)?;
         match usize::try_from(at - first).ok().and_then(|k| items.get(k)) {
             Some(item) => Ok(item.clone()),
@@ -121,6 +144,18 @@ impl Elaborator<'_> {
                 self.stop(self.place(index), format!("{at} is outside of {first}:{last}"), "")
             }
         }
+    }
+
+    /// One of a row that voltages choose; beyond its ends the last one.
+    fn element_at(&mut self, first: i64, items: &[Val], place: &Num, at: E) -> Answer<Val> {
+        let mut chosen = items[0].clone();
+        for (k, item) in items.iter().enumerate().skip(1) {
+            let edge = self.g.constant(first as f64 + k as f64 - 0.5);
+            let behind = self.g.not_less(place.id, edge);
+            chosen = self.merged((behind, false), item.clone(), chosen, self.place(at))?;
+        }
+        self.is_small(self.place(at))?;
+        Ok(chosen)
     }
 
     // ---- conditions ----
@@ -526,7 +561,7 @@ impl Elaborator<'_> {
     }
 
     /// |x| with the slope 1 at x = 0: a transistor without a voltage between its ends conducts as it does beside it.
-    fn magnitude(&mut self, x: Id) -> Id {
+    pub fn magnitude(&mut self, x: Id) -> Id {
         if let Some(v) = self.g.value(x) {
             return self.g.constant(v.abs());
         }
@@ -636,19 +671,11 @@ impl Elaborator<'_> {
             "absdelay" => self.late(arguments, at)?,
             "idtmod" => self.integral_within(arguments, at)?,
             "transition" => self.transition(arguments, at)?,
-            "slew" => {
-                let n = self.plain_number(arguments[0])?;
-                if self.value_of(&n).is_none() {
-                    let hint = "ramp what changes at events by transition, or use a source of the deck";
-                    return self.stop(at, "slew of a value that changes is not supported", hint);
-                }
-                n
-            }
+            "slew" => self.slew(arguments, at)?,
             "ac_stim" => self.stimulus(arguments)?,
             "last_crossing" => self.last_crossing(e)?,
-            "noise_table" | "noise_table_log" | "zi_nd" | "zi_np" | "zi_zd" | "zi_zp" => {
-                return self.stop(at, format!("{name} is not supported"), "");
-            }
+            "zi_nd" | "zi_np" | "zi_zd" | "zi_zp" => self.sampled(name, arguments, at)?,
+            "noise_table" | "noise_table_log" => self.noise_of_table(name, arguments, at)?,
             _ => self.access(name, arguments, e)?,
         };
         Ok(Val::Num(n))
@@ -712,23 +739,40 @@ impl Elaborator<'_> {
         }
     }
 
+    /// idt(x, start, reset): while the reset is not 0 it is the start, from which it goes on.
     fn integral(&mut self, arguments: &[E], at: Place) -> Answer<Num> {
-        if arguments.len() > 2 {
-            return self.stop(at, "idt with a reset is not supported", "idt(x) and idt(x, initial value) are");
-        }
         let x = self.plain_number(arguments[0])?;
         let name = format!("idt#{}", self.unknowns.len());
         let (k, s) = self.unknown(name);
         let i = self.g.neg(x.id);
+        let mut start = None;
         if let Some(&initial) = arguments.get(1) {
             let value = self.plain_number(initial)?.id;
-            let Some(value) = self.g.value(value) else {
+            let Some(known) = self.g.value(value) else {
                 return self.stop(at, "the initial value of idt hangs on voltages", "it is a number of parameters");
             };
-            self.starts.push((k, value));
+            self.starts.push((k, known));
+            start = Some(value);
         }
         self.row(k, i, s);
-        Ok(self.real(s))
+        let (Some(start), Some(&reset)) = (start, arguments.get(2)) else { return Ok(self.real(s)) };
+        let reset = self.plain_number(reset)?;
+        let [zero, one] = [0.0, 1.0].map(|v| self.g.constant(v));
+        let on = match self.condition(reset.id) {
+            (c, false) => self.g.select(c, one, zero),
+            (c, true) => self.g.select(c, zero, one),
+        };
+        // the integral where the reset ended
+        let ended = self.g.symbol();
+        let (was, begun) = (self.mode(Mode::Kept(on)), self.begun());
+        let [there, before] = [s, ended].map(|e| self.mode(Mode::Kept(e)));
+        let held = self.g.select(was, there, before);
+        let held = self.g.select(begun, held, start);
+        self.finals.push((ended, held));
+        let way = self.g.sub(s, ended);
+        let id = self.g.add(start, way);
+        let id = self.g.select(on, start, id);
+        Ok(self.real(id))
     }
 
     /// ac_stim(analysis, magnitude, phase [rad]): a source of small signals in .ac, 0 elsewhere.
@@ -829,17 +873,43 @@ impl Elaborator<'_> {
             Some(&e) => self.text(e)?,
             None => name.to_string(),
         };
-        let one = self.g.constant(1.0);
-        let zero = self.g.constant(0.0);
-        self.sources.push(Source {
-            name: format!("{}{label}", self.scope.prefix),
-            power,
-            exponent,
-            uses: Vec::new(),
-            unknown: None,
-        });
+        Ok(self.new_noise(label, power, exponent))
+    }
+
+    fn new_noise(&mut self, label: String, power: Id, exponent: Option<Id>) -> Num {
+        let [zero, one] = [0.0, 1.0].map(|v| self.g.constant(v));
+        let name = format!("{}{label}", self.scope.prefix);
+        self.sources.push(Source { name, power, exponent, uses: Vec::new(), unknown: None });
         let noise = Some(Rc::new(vec![(self.sources.len() - 1, one)]));
-        Ok(Num { id: zero, whole: false, q: None, noise })
+        Num { id: zero, whole: false, q: None, noise }
+    }
+
+    /// noise_table(pairs or file, name): between the pairs straight lines, of logarithms in noise_table_log; beyond them as at the last.
+    fn noise_of_table(&mut self, name: &str, arguments: &[E], at: Place) -> Answer<Num> {
+        let list = match &self.library.expressions[arguments[0] as usize] {
+            Expression::Text(file) => self.points_of_file(&file.clone(), arguments[0])?.concat(),
+            _ => self.row_of_numbers(arguments[0])?,
+        };
+        let mut points: Vec<(f64, f64)> = list.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let logarithmic = name.ends_with("log");
+        let fits = |v: f64| v.is_finite() && (v > 0.0 || v == 0.0 && !logarithmic);
+        let ascends = points.windows(2).all(|w| w[0].0 < w[1].0);
+        if list.len() % 2 != 0 || points.is_empty() || !ascends || !points.iter().all(|p| fits(p.0) && fits(p.1)) {
+            let hint = "'{frequency, power, frequency, power, ..}: each frequency once, none of them negative";
+            return self.stop(at, format!("this is no table of {name}"), hint);
+        }
+        let label = arguments.get(1).map_or(Ok(name.to_string()), |&e| self.text(e))?;
+        let taken = |label: &String| self.sources.iter().any(|s| s.name == format!("{}{label}", self.scope.prefix));
+        let label = match taken(&label) {
+            true => format!("{label}#{}", self.sources.len()),
+            false => label,
+        };
+        let one = self.g.constant(1.0);
+        let n = self.new_noise(label, one, None);
+        let name = self.sources[self.sources.len() - 1].name.clone();
+        self.noise_tables.push(NoiseTable { name, points, logarithmic });
+        Ok(n)
     }
 
     /// y = N(s)/D(s) x, by the chain of derivatives of x/D(s).
@@ -1061,6 +1131,8 @@ impl Elaborator<'_> {
                 let v = self.known(arguments[0], "this")?;
                 self.whole(if v > 1.0 { v.log2().ceil() } else { 0.0 })
             }
+            "$table_model" => self.table_model(arguments, at)?,
+            _ if super::random::draws(name) => self.random(name, arguments, at)?,
             _ => match self.mathematics(&name[1..], arguments, e)? {
                 Some(n) => n,
                 None => return self.stop(at, format!("{name} gives no value"), "it is a statement"),

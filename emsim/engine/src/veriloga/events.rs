@@ -8,22 +8,40 @@ use super::folded::{symbol_of, Mode, SYMBOLS};
 use super::source::Place;
 use crate::derive::substitute;
 use crate::graph::{Id, Node};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
+use std::rc::Rc;
 
-/// A variable that events set.
+/// A variable that events set, or a row of them.
 pub struct Held {
-    /// what it is outside of events
-    pub symbol: Id,
-    /// just before the event
-    before: Id,
-    /// behind those events that the text has so far
-    pub now: Id,
+    cells: Vec<Cell>,
+    /// the first index of a row
+    first: Option<i64>,
     whole: bool,
 }
 
+/// One of its values.
+#[derive(Clone, Copy)]
+struct Cell {
+    /// what it is outside of events
+    symbol: Id,
+    /// just before the event
+    before: Id,
+    /// behind those events that the text has so far
+    now: Id,
+}
+
 impl Held {
-    fn number(&self, id: Id) -> Val {
-        Val::Num(Num { id, whole: self.whole, q: None, noise: None })
+    fn value(&self, of: impl Fn(&Cell) -> Id) -> Val {
+        let number = |cell: &Cell| Val::Num(Num { id: of(cell), whole: self.whole, q: None, noise: None });
+        match self.first {
+            Some(first) => Val::Row(first, Rc::new(self.cells.iter().map(number).collect())),
+            None => number(&self.cells[0]),
+        }
+    }
+
+    /// Symbols, and what they stand for behind all events.
+    pub fn finals(&self) -> impl Iterator<Item = (Id, Id)> + '_ {
+        self.cells.iter().map(|cell| (cell.symbol, cell.now))
     }
 }
 
@@ -34,7 +52,7 @@ struct When {
     in_run: bool,
 }
 
-impl Elaborator<'_> {
+impl<'a> Elaborator<'a> {
     /// May it not be set here?
     pub fn is_held(&self, k: u32) -> bool {
         !self.frame.at_event && self.frame.held.contains_key(&k)
@@ -46,23 +64,64 @@ impl Elaborator<'_> {
         analog.iter().for_each(|&s| self.set_at_events(s, false, &mut set));
         for k in set {
             let variable = self.variable(k).clone();
-            let Val::Num(start) = self.frame.values[k as usize].clone() else {
-                let what = format!("{} is set at an event, and is no number", self.word(variable.name));
-                return self.stop(
-                    variable.at,
-                    what,
-                    "rows of values and strings do not keep theirs: use single numbers",
-                );
+            let (first, starts) = match self.frame.values[k as usize].clone() {
+                // each has a history of its own
+                Val::Row(_, items) if items.len() > 1000 => {
+                    let what =
+                        format!("{} is set at an event, and has {} values", self.word(variable.name), items.len());
+                    return self.stop(variable.at, what, "1000 are kept at most");
+                }
+                Val::Row(first, items) => (Some(first), items.to_vec()),
+                one => (None, vec![one]),
             };
-            let start = if self.unset.contains_key(&start.id) { self.g.constant(0.0) } else { self.plain(&start).id };
-            let symbol = self.g.symbol();
-            let (begun, kept) = (self.begun(), self.mode(Mode::Kept(symbol)));
-            let before = self.g.select(begun, kept, start);
-            let held = Held { symbol, before, now: before, whole: variable.kind == Type::Integer };
-            self.frame.values[k as usize] = held.number(symbol);
+            let mut cells = Vec::with_capacity(starts.len());
+            for start in starts {
+                let Val::Num(start) = start else {
+                    let what = format!("{} is set at an event, and is a string", self.word(variable.name));
+                    return self.stop(variable.at, what, "numbers are kept");
+                };
+                cells.push(self.cell(&start));
+            }
+            let held = Held { cells, first, whole: variable.kind == Type::Integer };
+            self.frame.values[k as usize] = held.value(|cell| cell.symbol);
             self.frame.held.insert(k, held);
         }
         Ok(())
+    }
+
+    fn cell(&mut self, start: &Num) -> Cell {
+        let start = if self.unset.contains_key(&start.id) { self.g.constant(0.0) } else { self.plain(start).id };
+        let symbol = self.g.symbol();
+        let (begun, kept) = (self.begun(), self.mode(Mode::Kept(symbol)));
+        let before = self.g.select(begun, kept, start);
+        Cell { symbol, before, now: before }
+    }
+
+    /// The variables that an expression sets: seeds, and what functions give back.
+    fn set_by_value(&self, e: E, set: &mut BTreeSet<u32>) {
+        let mut given = |e: E| {
+            if let Expression::Variable(k) | Expression::Element(k, _) = self.library.expressions[e as usize] {
+                set.insert(k);
+            }
+        };
+        match &self.library.expressions[e as usize] {
+            Expression::Call(word, arguments) => {
+                if super::random::draws(self.word(*word)) {
+                    arguments.first().copied().into_iter().for_each(&mut given);
+                }
+                arguments.iter().for_each(|&e| self.set_by_value(e, set));
+            }
+            Expression::Function(k, arguments) => {
+                let function = &self.library.modules[self.scope.module].functions[*k as usize];
+                let outputs = function.arguments.iter().zip(arguments).filter(|(a, _)| a.2);
+                outputs.for_each(|(_, &e)| given(e));
+                arguments.iter().for_each(|&e| self.set_by_value(e, set));
+            }
+            Expression::Unary(_, a) => self.set_by_value(*a, set),
+            Expression::Binary(_, a, b) => [a, b].into_iter().for_each(|&e| self.set_by_value(e, set)),
+            Expression::Conditional(a, b, c) => [a, b, c].into_iter().for_each(|&e| self.set_by_value(e, set)),
+            _ => {}
+        }
     }
 
     /// The variables that a statement sets at events of a run.
@@ -84,9 +143,14 @@ impl Elaborator<'_> {
                 let in_run = |&e: &E| !matches!(self.event_name(e), "initial_step" | "final_step");
                 all(&[*body], within || triggers.iter().any(in_run));
             }
-            Statement::Begin(k, _) | Statement::Assign(k, ..) if within => {
+            Statement::Begin(k, _) if within => {
                 set.insert(*k);
             }
+            Statement::Assign(k, _, e) if within => {
+                set.insert(*k);
+                self.set_by_value(*e, set);
+            }
+            Statement::Call(e) if within => self.set_by_value(*e, set),
             _ => {}
         }
     }
@@ -103,16 +167,33 @@ impl Elaborator<'_> {
         Ok(self.real(symbol))
     }
 
-    /// What symbols stand for in the end: each may be made of those before it, and a ramp (transition) of those that follow.
-    pub fn resolve_finals(&mut self) {
-        for k in 1..self.finals.len() {
-            let (before, rest) = self.finals.split_at_mut(k);
-            rest[0].1 = substitute(&mut self.g, &[rest[0].1], before)[0];
+    /// What symbols stand for in the end: each may be made of others, but not of itself.
+    pub fn resolve_finals(&mut self) -> Answer<()> {
+        for _ in 0..self.finals.len() {
+            let symbols: HashSet<Id> = self.finals.iter().map(|f| f.0).collect();
+            let mut open = false;
+            for k in 0..self.finals.len() {
+                let e = self.finals[k].1;
+                if self.g.reachable(&[e]).iter().any(|id| symbols.contains(id)) {
+                    open = true;
+                    self.finals[k].1 = substitute(&mut self.g, &[e], &self.finals)[0];
+                }
+            }
+            if !open {
+                return Ok(());
+            }
         }
-        for k in (1..self.finals.len()).rev() {
-            let (rest, after) = self.finals.split_at_mut(k);
-            rest[k - 1].1 = substitute(&mut self.g, &[rest[k - 1].1], after)[0];
+        let symbols: HashSet<Id> = self.finals.iter().map(|f| f.0).collect();
+        let of: Vec<Id> = self.finals.iter().map(|f| f.1).collect();
+        if self.g.reachable(&of).iter().any(|id| symbols.contains(id)) {
+            let at = self.library.modules[self.scope.module].at;
+            return self.stop(
+                at,
+                "what keeps its value hangs on itself",
+                "let events set it: @(cross(..)), @(timer(..))",
+            );
         }
+        Ok(())
     }
 
     fn event_name(&self, trigger: E) -> &str {
@@ -123,7 +204,7 @@ impl Elaborator<'_> {
     }
 
     /// 1 but for where a run begins.
-    fn begun(&mut self) -> Id {
+    pub fn begun(&mut self) -> Id {
         let one = self.g.constant(1.0);
         self.mode(Mode::Kept(one))
     }
@@ -140,18 +221,16 @@ impl Elaborator<'_> {
                     starts.push(on);
                     fired.push(rises);
                 }
-                "timer" => {
-                    let (at_once, later) = self.timer(trigger)?;
+                "timer" | "absdelta" => {
+                    let is_timer = self.event_name(trigger) == "timer";
+                    let (at_once, later) = if is_timer { self.timer(trigger)? } else { self.absdelta(trigger)? };
                     starts.extend(at_once);
                     fired.push(later);
                 }
                 name => {
                     let what = format!("@({name}) is not supported");
-                    return self.stop(
-                        self.place(trigger),
-                        what,
-                        "initial_step, final_step, cross, above and timer are",
-                    );
+                    let hint = "initial_step, final_step, cross, above, absdelta and timer are";
+                    return self.stop(self.place(trigger), what, hint);
                 }
             }
         }
@@ -178,19 +257,12 @@ impl Elaborator<'_> {
     /// cross(expression, direction) or above(expression): is it above 0, and has it just been crossed in that direction?
     fn crossing(&mut self, trigger: E) -> Answer<(Id, Id)> {
         let (name, at) = (self.event_name(trigger).to_string(), self.place(trigger));
-        let arguments: &[E] = match &self.library.expressions[trigger as usize] {
-            Expression::Call(_, arguments) => arguments,
-            _ => &[],
-        };
         let is_cross = name != "above";
         // the tolerances of time and value are those of the run: a step ends at the event
-        let most = if is_cross { 4 } else { 3 };
-        if arguments.is_empty() || arguments.len() > most {
-            let what = format!("{name} takes 1 to {most} arguments, here are {}", arguments.len());
-            return self.stop(at, what, "an enabling condition is written inside of the event");
-        }
+        let most = if is_cross { 5 } else { 4 };
+        let arguments = self.event_arguments(trigger, 1, most)?;
         let x = self.plain_number(arguments[0])?.id;
-        let given = arguments.get(1).filter(|&&e| !matches!(self.library.expressions[e as usize], Expression::Empty));
+        let given = arguments.get(1).filter(|&&e| !self.is_missing(e));
         let direction = match given.filter(|_| is_cross) {
             Some(&e) => self.known(e, "the direction")?,
             None => f64::from(u8::from(!is_cross)),
@@ -211,56 +283,35 @@ impl Elaborator<'_> {
         // LRM 5.10.3.2: sweeps see above, but no cross
         let while_on = symbol_of("tran").filter(|_| is_cross).map_or(one, |k| self.g.given(k));
         let turned = self.g.mul(turned, while_on);
-        Ok((on, self.g.mul(turned, begun)))
+        let turned = self.g.mul(turned, begun);
+        let (on, turned) = (self.enabled(arguments.get(most - 1), on)?, self.enabled(arguments.get(most - 1), turned)?);
+        Ok((on, turned))
     }
 
-    /// timer(start, period): does it fire where a run begins, and later?
-    fn timer(&mut self, trigger: E) -> Answer<(Option<Id>, Id)> {
-        let at = self.place(trigger);
-        let arguments: &[E] = match &self.library.expressions[trigger as usize] {
+    /// The arguments of an event, as many as it takes.
+    pub fn event_arguments(&self, trigger: E, least: usize, most: usize) -> Answer<&'a [E]> {
+        let library = self.library;
+        let arguments: &[E] = match &library.expressions[trigger as usize] {
             Expression::Call(_, arguments) => arguments,
             _ => &[],
         };
-        if arguments.is_empty() || arguments.len() > 3 {
-            let what = format!("@(timer) takes 1 to 3 arguments, here are {}", arguments.len());
-            return self.stop(at, what, "an enabling condition is written inside of the event");
+        if (least..=most).contains(&arguments.len()) {
+            return Ok(arguments);
         }
-        let given = arguments.get(1).filter(|&&e| !matches!(self.library.expressions[e as usize], Expression::Empty));
-        let start = self.known(arguments[0], "when a timer starts")?;
-        let period = given.map_or(Ok(0.0), |&e| self.known(e, "the period of a timer"))?;
-        if !(start.is_finite() && period.is_finite() && period >= 0.0) {
-            return self.stop(
-                at,
-                format!("a timer from {start} s on, every {period} s"),
-                "a period is positive, or 0 for once",
-            );
-        }
-        // the first instant in the run
-        let repeats = period > 0.0;
-        let first = if start < 0.0 && repeats { start + (-start / period).ceil() * period } else { start };
-        let [zero, one] = [0.0, 1.0].map(|v| self.g.constant(v));
-        let at_once = (first == 0.0).then_some(one);
-        if !repeats && first <= 0.0 {
-            return Ok((at_once, zero));
-        }
-        let next = self.g.constant(if first > 0.0 { first } else { period });
-        // how often it has fired; the flag turns each time, and then waits for the next instant
-        let fired_so_far = self.g.symbol();
-        let before = self.mode(Mode::Kept(fired_so_far));
-        let (period, time) = (self.g.constant(period), self.g.time());
-        let since = self.g.mul(fired_so_far, period);
-        let next = self.g.add(next, since);
-        let (past, left) = (self.g.sub(time, next), self.g.sub(next, time));
-        let up = self.g.flag(self.modes.len() as u32);
-        let beyond = self.g.select(up, if repeats { left } else { one }, past);
-        let (up, begun) = (self.mode(Mode::Above(beyond)), self.begun());
-        let was = self.mode(Mode::Kept(up));
-        let was_not = self.g.sub(one, was);
-        let turned = self.g.select(up, was_not, was);
-        let turned = self.g.mul(turned, begun);
-        let sum = self.g.add(before, turned);
-        self.finals.push((fired_so_far, sum));
-        Ok((at_once, turned))
+        let name = self.event_name(trigger);
+        let what = format!("@({name}) takes {least} to {most} arguments, here are {}", arguments.len());
+        self.stop(self.place(trigger), what, "")
+    }
+
+    pub fn is_missing(&self, e: E) -> bool {
+        matches!(self.library.expressions[e as usize], Expression::Empty)
+    }
+
+    /// What fires, where the last argument of the event lets it.
+    pub fn enabled(&mut self, condition: Option<&E>, fires: Id) -> Answer<Id> {
+        let Some(&condition) = condition.filter(|&&e| !self.is_missing(e)) else { return Ok(fires) };
+        let (condition, zero) = (self.plain_number(condition)?.id, self.g.constant(0.0));
+        Ok(self.g.select(condition, fires, zero))
     }
 
     /// Runs the statement of an event. What it sets is made of values just before it.
@@ -271,7 +322,7 @@ impl Elaborator<'_> {
         self.stamp = self.next_stamp;
         let touched: Vec<State> = self.branches.iter().map(|b| b.state).collect();
         for (&k, held) in &self.frame.held {
-            self.frame.values[k as usize] = held.number(held.now);
+            self.frame.values[k as usize] = held.value(|cell| cell.now);
         }
         let depth = self.path.len();
         self.path.extend(when.at.map(|c| (c, true)));
@@ -290,7 +341,7 @@ impl Elaborator<'_> {
             }
         }
         for (&k, held) in &self.frame.held {
-            self.frame.values[k as usize] = held.number(held.symbol);
+            self.frame.values[k as usize] = held.value(|cell| cell.symbol);
         }
         let mut branches = self.branches.iter().enumerate();
         if branches.any(|(b, branch)| touched.get(b).map_or(branch.state.touched, |t| branch.state != *t)) {
@@ -307,14 +358,23 @@ impl Elaborator<'_> {
                 let what = format!("{name} keeps its value, and voltages decide whether it is set");
                 return self.stop(at, what, "write the condition inside of the event");
             }
-            let Val::Num(new) = new else { return Ok(()) };
-            let new = self.plain(&new).id;
-            let new = self.just_before(new, when.in_run);
-            let begun = self.begun();
-            let held = &self.frame.held[&k];
-            let chosen = when.at.map_or(new, |c| self.g.select(c, new, held.now));
-            let now = if when.in_run { chosen } else { self.g.select(begun, held.now, chosen) };
-            self.frame.held.entry(k).and_modify(|held| held.now = now);
+            let new = match new {
+                Val::Row(_, items) => items.to_vec(),
+                one => vec![one],
+            };
+            for (j, new) in new.into_iter().enumerate() {
+                let Val::Num(new) = new else { continue };
+                let old = self.frame.held[&k].cells[j].now;
+                let new = self.plain(&new).id;
+                if new == old {
+                    continue;
+                }
+                let new = self.just_before(new, when.in_run);
+                let begun = self.begun();
+                let chosen = when.at.map_or(new, |c| self.g.select(c, new, old));
+                let now = if when.in_run { chosen } else { self.g.select(begun, old, chosen) };
+                self.frame.held.entry(k).and_modify(|held| held.cells[j].now = now);
+            }
             return Ok(());
         }
         let mut ids = Vec::new();
@@ -325,7 +385,13 @@ impl Elaborator<'_> {
             node => matches!(node, Node::Unknown(_) | Node::Time | Node::Flag(_) | Node::Wave(_)),
         };
         let moves = self.g.reachable(&ids).into_iter().any(|id| moves(self.g.node(id)));
+        self.frame.begun.insert(k);
         match new {
+            Val::Num(new) if when.at.is_none() && self.path.is_empty() && self.frame.memories.contains_key(&k) => {
+                let new = self.plain(&new).id;
+                let start = self.just_before(new, false);
+                self.begins_with(k, start);
+            }
             // the same at every evaluation
             new if !moves && when.at.is_none() => self.keep(k, new),
             Val::Num(new) if when.at.is_none() && self.path.is_empty() => {
@@ -346,7 +412,8 @@ impl Elaborator<'_> {
 
     /// An expression of values just before the event. Where a run begins they are those of its operating point.
     fn just_before(&mut self, e: Id, in_run: bool) -> Id {
-        let mut map: Vec<(Id, Id)> = self.frame.held.values().map(|held| (held.symbol, held.before)).collect();
+        let cells = self.frame.held.values().flat_map(|held| &held.cells);
+        let mut map: Vec<(Id, Id)> = cells.map(|cell| (cell.symbol, cell.before)).collect();
         let leaves: Vec<Id> = self.g.reachable(&[e]).into_iter().filter(|_| in_run).collect();
         for leaf in leaves {
             let changes = match self.g.node(leaf) {

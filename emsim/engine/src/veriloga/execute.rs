@@ -95,6 +95,7 @@ impl Elaborator<'_> {
             let what = format!("{} is set at an event and here", self.word(self.variable(k).name));
             return self.stop(at, what, "what keeps its value is set at events alone");
         }
+        self.may_keep(k, at)?;
         let kind = self.variable(k).kind;
         let value = match (self.frame.values.get(k as usize), index) {
             (Some(Val::Row(first, items)), Some(index)) => {
@@ -548,7 +549,10 @@ impl Elaborator<'_> {
             "$strobe" | "$display" | "$write" | "$monitor" | "$debug" | "$warning" | "$info" => {
                 // what is said while voltages decide would be said at every evaluation
                 if !self.path.is_empty() {
-                    self.leave_out(name);
+                    self.leave_out(
+                        &format!("{name} where voltages decide whether it is reached"),
+                        "it is not carried out",
+                    );
                 } else {
                     let text = self.formatted(arguments)?;
                     if let Some(text) = text {
@@ -560,7 +564,10 @@ impl Elaborator<'_> {
             }
             "$error" | "$fatal" | "$finish" | "$stop" => {
                 if !self.path.is_empty() {
-                    self.leave_out(name);
+                    self.leave_out(
+                        &format!("{name} where voltages decide whether it is reached"),
+                        "it is not carried out",
+                    );
                 } else {
                     let skip = usize::from(name == "$fatal");
                     let text =
@@ -584,9 +591,9 @@ impl Elaborator<'_> {
         Ok(())
     }
 
-    /// A task that is not carried out, for voltages decide whether it is reached.
-    fn leave_out(&mut self, name: &str) {
-        let text = format!("{name} where voltages decide whether it is reached: it is not carried out");
+    /// What is not done as the language has it, told once.
+    pub fn leave_out(&mut self, what: &str, instead: &str) {
+        let text = format!("{what}: {instead}");
         if !self.left_out.contains(&text) {
             self.left_out.push(text);
         }

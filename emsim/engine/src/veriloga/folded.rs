@@ -41,6 +41,8 @@ pub struct Folded {
     /// What goes from the row of one unknown to that of another; in the row of an unknown current (k, GROUND) it is what must be 0.
     pub flows: Vec<Flow>,
     pub noise: Vec<Noise>,
+    /// Sources of noise, by name, whose power is multiplied with that of a table (noise_table).
+    pub noise_tables: Vec<NoiseTable>,
     /// Unknowns that an operating point holds at a value in place of their rows (`idt` with an initial value).
     pub starts: Vec<(usize, f64)>,
     pub modes: Vec<Mode>,
@@ -179,6 +181,16 @@ pub struct Noise {
     /// power density [A^2/Hz]; with an exponent it is that at 1 Hz and falls with frequency to it
     pub power: Id,
     pub exponent: Option<Id>,
+}
+
+/// Power densities over frequency, as noise_table has them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NoiseTable {
+    pub name: String,
+    /// frequency [Hz] and power density [A^2/Hz], ascending
+    pub points: Vec<(f64, f64)>,
+    /// straight lines between logarithms of both
+    pub logarithmic: bool,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

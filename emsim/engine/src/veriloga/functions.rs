@@ -25,6 +25,10 @@ const SYSTEM: &[(&str, usize, usize)] = &[
     ("$atanh", 1, 1), ("$ceil", 1, 1), ("$cos", 1, 1), ("$cosh", 1, 1), ("$exp", 1, 1), ("$floor", 1, 1), ("$hypot", 2, 2),
     ("$ln", 1, 1), ("$log10", 1, 1), ("$max", 2, 2), ("$min", 2, 2), ("$pow", 2, 2), ("$sin", 1, 1), ("$sinh", 1, 1), ("$sqrt", 1, 1),
     ("$tan", 1, 1), ("$tanh", 1, 1), ("$rtoi", 1, 1), ("$itor", 1, 1), ("$clog2", 1, 1),
+    ("$table_model", 2, MANY), ("$random", 0, 2), ("$dist_uniform", 3, 3), ("$dist_normal", 3, 3), ("$dist_exponential", 2, 2),
+    ("$dist_poisson", 2, 2), ("$dist_chi_square", 2, 2), ("$dist_t", 2, 2), ("$dist_erlang", 3, 3), ("$rdist_uniform", 3, 4),
+    ("$rdist_normal", 3, 4), ("$rdist_exponential", 2, 3), ("$rdist_poisson", 2, 3), ("$rdist_chi_square", 2, 3),
+    ("$rdist_t", 2, 3), ("$rdist_erlang", 3, 4),
 ];
 
 /// What may stand behind @.

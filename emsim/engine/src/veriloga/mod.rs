@@ -12,8 +12,15 @@ mod events;
 mod execute;
 pub mod folded;
 mod functions;
+mod generate;
+mod memory;
+mod random;
 mod reached;
+mod sampled;
+mod slew;
 mod source;
+mod table;
+mod timer;
 mod transition;
 mod tree;
 

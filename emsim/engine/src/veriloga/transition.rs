@@ -49,12 +49,13 @@ impl Elaborator<'_> {
     }
 
     /// Does it hang on anything but conditions and what is kept?
-    fn moves_between_events(&self, x: Id) -> bool {
+    pub fn moves_between_events(&self, x: Id) -> bool {
         let (mut look, mut seen) = (vec![x], HashSet::new());
         while let Some(id) = look.pop() {
             let moves = match self.g.node(id) {
                 Node::NotLess(..) => continue,
                 Node::Unknown(_) | Node::Time | Node::Wave(_) => true,
+                Node::Symbol(_) => self.moving.contains(&id),
                 Node::Flag(k) => matches!(self.modes[k as usize], Mode::Late(..)),
                 node => {
                     look.extend(node.operands().filter(|o| seen.insert(*o)));
@@ -69,7 +70,7 @@ impl Elaborator<'_> {
     }
 
     /// x with ramps that take so long for all of a way, up and down.
-    fn ramped(&mut self, x: Id, times: [f64; 2]) -> Id {
+    pub fn ramped(&mut self, x: Id, times: [f64; 2]) -> Id {
         // what holds from the last change on
         let [origin, slope, end, idle, output] = std::array::from_fn(|_| self.g.symbol());
         let [zero, one, never] = [0.0, 1.0, -1.0].map(|v| self.g.constant(v));

@@ -113,8 +113,6 @@ const DIGITAL: &[&str] = &[
     "tri",
     "wand",
     "wor",
-    "generate",
-    "defparam",
     "casex",
     "casez",
 ];
@@ -583,7 +581,14 @@ impl<'a> Reader<'a> {
         for (_, what, _) in &members {
             match self.rule(*what) {
                 "analog" => self.analog(*what),
-                "instance" => self.instance(*what),
+                "instance" => {
+                    let instance = self.instance(*what);
+                    self.module.instances.push(instance);
+                }
+                "generate" | "generate_for" | "generate_if" => {
+                    let generated = self.generated(*what);
+                    self.module.generated.extend(generated);
+                }
                 "choice" => {
                     let children = self.children(*what);
                     let value = self.expression(children[1], false);
@@ -591,6 +596,11 @@ impl<'a> Reader<'a> {
                     self.module.choices.push(choice);
                 }
                 _ => {}
+            }
+        }
+        for (_, what, _) in &members {
+            if self.rule(*what) == "defparam" {
+                self.overrides(*what);
             }
         }
         for k in 0..self.module.ports {

@@ -49,6 +49,7 @@ fn transistor(saturation: f64, beta: f64, rb: f64) -> Folded {
         modes: vec![],
         behaves: false,
         stimuli: Vec::new(),
+        noise_tables: Vec::new(),
         bound_step: None,
         said: vec![],
         left_out: vec![],
