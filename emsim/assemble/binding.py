@@ -60,7 +60,9 @@ class Binding:
             card: Any = CARDS[raw.kind].variant(raw, self.models)(raw, self.sink)
             card.drawn = not stands_in
             if stands_in and card.name in taken:
-                said = f"a second mechanical thing is called `{card.name}`: {stands_in} has a part of that name"
+                said = (
+                    f"a second mechanical thing is called `{card.name}`: {stands_in} has a part of that name"
+                )
                 self._fail("E135", said, taken[card.name].span)
             if not card.ok:
                 self.broken = True

@@ -129,7 +129,9 @@ class Beam(Card):
                 bore = first - 2.0 * others[0]
                 return pi * (first**2 - bore**2) / 4.0, pi * (first**4 - bore**4) / 64.0
         said = f"section= of {what} is rect(b,h), round(d) or tube(d,t), of sizes above 0"
-        sink.error("E232", said, self.place("section"), "of a tube d is the outer diameter, t the wall below d/2")
+        sink.error(
+            "E232", said, self.place("section"), "of a tube d is the outer diameter, t the wall below d/2"
+        )
         return 1.0, 1.0
 
     def prepare(self, s: Scene) -> None:

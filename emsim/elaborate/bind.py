@@ -267,7 +267,9 @@ def bind_machine_card(card: MachineCard, level: Level, models: Models) -> Machin
             word = value if isinstance(value, str) else value.id
             model = models.at(word, level.scope)
             params[key] = word if model is None else model.name
-        elif key in ("shape", "look", "section") and isinstance(value, Call):  # the card judges what it is called
+        elif key in ("shape", "look", "section") and isinstance(
+            value, Call
+        ):  # the card judges what it is called
             params[key] = Call(value.fn, [Num(_number(a, level.scope), a.at) for a in value.args], value.at)
         else:
             params[key] = bind_value(value, level.scope)

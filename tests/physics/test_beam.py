@@ -76,7 +76,9 @@ def test_modes_along_a_rod():
 
 @BOTH
 def test_damping_of_a_mode_is_half_its_frequency_times_d(formulation):
-    r = ask(f"BEAM rod l=1 n=6 ei=1 ea=1e5 rhoa=1 d=1m\nJOINT clamp 0 rod.a weld\n.modes", formulation).table("modes")
+    r = ask(f"BEAM rod l=1 n=6 ei=1 ea=1e5 rhoa=1 d=1m\nJOINT clamp 0 rod.a weld\n.modes", formulation).table(
+        "modes"
+    )
     w, z = 2 * pi * np.asarray(r["frequency"]), np.asarray(r["damping"])
     bending = [k for k in np.argsort(w) if w[k] > 0][:4]
     assert len(bending) == 4
@@ -152,7 +154,9 @@ def test_a_moment_rolls_it_up_into_a_circle(formulation):
 
 def test_its_own_weight():
     """Level: w L^4/8 EI at the end, where that is small. Hanging: w L^2/2 EA, and its pull is what hangs below."""
-    level = ask("BEAM rod l=2 n=4 ei=100 ea=1e6 rhoa=0.05\nJOINT c 0 rod.a weld\n.gravity 10\n.op static\n.save y(rod.b) fy(c)")
+    level = ask(
+        "BEAM rod l=2 n=4 ei=100 ea=1e6 rhoa=0.05\nJOINT c 0 rod.a weld\n.gravity 10\n.op static\n.save y(rod.b) fy(c)"
+    )
     assert float(level["y(rod.b)"][-1]) == pytest.approx(-0.5 * 2**4 / 800, rel=1e-3)
     assert abs(float(level["fy(c)"][-1])) == pytest.approx(1.0, rel=1e-6)
     hung = ask(
@@ -192,8 +196,14 @@ STRIP = "BEAM strip l=1 n=@ e=5meg rho=1100 section=rect(20m,5m)\nJOINT hook 0 s
 @BOTH
 @pytest.mark.parametrize("reltol", [1e-3, 1e-6, 1e-9])
 def test_a_falling_strip_keeps_its_energy(reltol, formulation):
-    r = ask(STRIP.replace("@", "4") + ".tran 20m 0.5\n.save x(strip.b) y(strip.b)", formulation, f"reltol={reltol}")
-    fine = ask(STRIP.replace("@", "4") + ".tran 20m 0.5\n.save x(strip.b) y(strip.b)", "joint", "reltol=1e-10")
+    r = ask(
+        STRIP.replace("@", "4") + ".tran 20m 0.5\n.save x(strip.b) y(strip.b)",
+        formulation,
+        f"reltol={reltol}",
+    )
+    fine = ask(
+        STRIP.replace("@", "4") + ".tran 20m 0.5\n.save x(strip.b) y(strip.b)", "joint", "reltol=1e-10"
+    )
     for name in ("x(strip.b)", "y(strip.b)"):
         assert float(r[name][-1]) == pytest.approx(float(fine[name][-1]), abs=10 * reltol)
     assert abs(r.energy.share) < max(reltol, 1e-9)
@@ -249,7 +259,9 @@ def test_a_free_beam_keeps_momentum_and_energy(formulation):
     np.testing.assert_allclose(r["y(rod.n2)"], 2 + s + (-0.5 + 2 * c) * t, atol=1e-5)
     assert float(r["angle(rod.n2)"][-1]) == pytest.approx(pi / 6 + 2, abs=2e-3)  # its stretch slows it
     np.testing.assert_allclose(np.asarray(r["ke()"]) + r["pe()"], r["ke()"][0], rtol=1e-8)
-    assert float(r["ke()"][0]) == pytest.approx(0.5 * ((1 - 2 * s) ** 2 + (-0.5 + 2 * c) ** 2) + 0.5 * 4 / 12, rel=1e-9)
+    assert float(r["ke()"][0]) == pytest.approx(
+        0.5 * ((1 - 2 * s) ** 2 + (-0.5 + 2 * c) ** 2) + 0.5 * 4 / 12, rel=1e-9
+    )
 
 
 @BOTH

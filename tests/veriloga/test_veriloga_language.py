@@ -500,7 +500,9 @@ def test_what_is_done_at_the_first_step_may_hang_on_parameters():
 
 
 def test_state_between_evaluations_is_refused():
-    with pytest.raises(ValueError, match="keeps its value from one evaluation to the next, and is computed of it"):
+    with pytest.raises(
+        ValueError, match="keeps its value from one evaluation to the next, and is computed of it"
+    ):
         run("if (V(a) > 1) on = on + 1; else if (V(a) < 0) on = 0; I(a, b) <+ on;", "real on = 0;")
     with pytest.raises(ValueError, match="keeps that of an earlier evaluation"):
         run("x = x + V(a); I(a, b) <+ x;", "real x;")
