@@ -77,10 +77,10 @@ class Beam(Card):
 
     @classmethod
     def stands_for(cls, raw: MachineCard) -> list[MachineCard]:
-        """Its nodes: bodies that move in the plane against the first one, from a straight line on. None where l= or n= is wrong."""
+        """Its nodes: bodies that move in the plane against the first one, at first in a line. None where l= or n= is wrong."""
         sizes = [raw.params.get("n", cls.spec.params["n"].default), raw.params.get("l")]
         n, length = (float(v) if is_number(v) or isinstance(v, OpenNumber) else 0.0 for v in sizes)
-        if not 1.0 <= n <= MOST or not n.is_integer() or not 0.0 < length or not isfinite(length):
+        if not 1.0 <= n <= MOST or not n.is_integer() or not length > 0.0 or not isfinite(length):
             return []
         names = cls.nodes(raw.name, int(n))
         moves = {key: raw.params[key] for key in MOTION if key in raw.params}
@@ -224,7 +224,7 @@ class Element:
         ]
 
     def kinetic(self) -> Scalar:
-        """Over its mass: of r = chord + w n, w = l0 (a N2 + b N4), whose velocity has w' across the chord and -w chi' along it."""
+        """Over its mass: of r = chord + w n, w = l0 (a N2 + b N4); its velocity has w' across the chord, -w chi' along it."""
         x, y = self.way
         v, w = self.p.vel, self.q.vel
         along = [x * u[0] + y * u[1] for u in (v, w)]

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from typing import Any
 
-    from ..result import Result, Table
+    from ..result import Result
+    from ..table import Table
 
 WIDTH, HEIGHT = 320, 240  # [px]
 STRIP, FINE = 56, 2  # of which the curves take [px]; pixels drawn for one that is left

@@ -91,7 +91,7 @@ def _places(flat: FlatDeck, trace: Trace) -> list[tuple[dict[Any, Any] | list[An
                 trace.lose(str(key))
         if _within(e.model) or (e.value.__class__ is not Traced and _within(e.value)):
             trace.lose(e.name)
-    for name in flat.__slots__:
+    for name in vars(flat):
         if name not in TOLD and _within(getattr(flat, name)):
             trace.lose(name)
     return found

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from ..deck import Deck
     from ..draws import Draws
     from ..elaborate.flat import FlatDeck
-    from ..result import Result, Table
+    from ..result import Result
+    from ..table import Table
     from ..traced import Trace
     from .kept import Kept
 

@@ -76,7 +76,7 @@ def test_modes_along_a_rod():
 
 @BOTH
 def test_damping_of_a_mode_is_half_its_frequency_times_d(formulation):
-    r = ask(f"BEAM rod l=1 n=6 ei=1 ea=1e5 rhoa=1 d=1m\nJOINT clamp 0 rod.a weld\n.modes", formulation).table(
+    r = ask("BEAM rod l=1 n=6 ei=1 ea=1e5 rhoa=1 d=1m\nJOINT clamp 0 rod.a weld\n.modes", formulation).table(
         "modes"
     )
     w, z = 2 * pi * np.asarray(r["frequency"]), np.asarray(r["damping"])
@@ -114,7 +114,7 @@ def bent(n: int, load: float, formulation: str = "joint", options: str = "reltol
 
 
 def test_the_printed_figures_of_bisshopp_and_drucker():
-    """Their table: P L^2/EI = 1, 10: deflection 0.30172, 0.81061, as Mattiasson (Int. J. Num. Meth. Eng. 17, 145, 1981) has it."""
+    """Their table: P L^2/EI = 1, 10: deflection 0.30172, 0.81061 (Mattiasson, Int. J. Num. Meth. Eng. 17, 145, 1981)."""
     assert elastica(1.0)[1] == pytest.approx(0.30172, abs=1e-5)
     assert elastica(10.0)[1] == pytest.approx(0.81061, abs=1e-5)
 
@@ -139,8 +139,8 @@ def test_a_rest_does_not_hang_on_the_tolerance(reltol):
 def test_a_moment_rolls_it_up_into_a_circle(formulation):
     """M = 2 pi EI/L; every element is an arc. Energy M^2 L/(2 EI)."""
     r = ask(
-        f"{CLAMPED.replace('@', '8')}\nTORQUE m rod.b tau={{2*pi}}\n.op static\n.save x(rod.b) y(rod.b) angle(rod.b) torque(rod,3) "
-        "force(rod,3) pe() mz(clamp)",
+        f"{CLAMPED.replace('@', '8')}\nTORQUE m rod.b tau={{2*pi}}\n.op static\n"
+        ".save x(rod.b) y(rod.b) angle(rod.b) torque(rod,3) force(rod,3) pe() mz(clamp)",
         formulation,
     )
     at = {name: float(r[name][-1]) for name in r.names}
@@ -160,7 +160,8 @@ def test_its_own_weight():
     assert float(level["y(rod.b)"][-1]) == pytest.approx(-0.5 * 2**4 / 800, rel=1e-3)
     assert abs(float(level["fy(c)"][-1])) == pytest.approx(1.0, rel=1e-6)
     hung = ask(
-        "BEAM rod l=2 n=4 ei=1 ea=1e3 rhoa=0.05\nJOINT c 0 rod.a weld zero=-90deg\n.gravity 10\n.op static\n.save y(rod.b) force(rod,1)"
+        "BEAM rod l=2 n=4 ei=1 ea=1e3 rhoa=0.05\nJOINT c 0 rod.a weld zero=-90deg\n.gravity 10\n"
+        ".op static\n.save y(rod.b) force(rod,1)"
     )
     assert float(hung["y(rod.b)"][-1]) == pytest.approx(-2 - 0.5 * 2**2 / 2e3, rel=1e-6)
     assert float(hung["force(rod,1)"][-1]) == pytest.approx(0.5 * 1.75, rel=1e-4)
@@ -176,8 +177,8 @@ def test_the_frequency_goes_to_zero_at_eulers_load():
 
 
 def test_above_eulers_load_a_mode_grows():
-    """By sqrt(P/P_E - 1) pi^2 a second; and started a little aside it rests where the elastica has it: Timoshenko and Gere, Theory of
-    elastic stability, 2.7: clamped and free, P/P_E = 1.063: 40 degrees at the end, y = 0.422 l, x = 0.881 l."""
+    """By sqrt(P/P_E - 1) pi^2 a second; and started a little aside it rests where the elastica has it: Timoshenko and Gere,
+    Theory of elastic stability, 2.7: clamped and free, P/P_E = 1.063: 40 degrees at the end, y = 0.422 l, x = 0.881 l."""
     cards = f"BEAM rod l=1 n=8 {UNIT}\n{ENDS['pinned'][0]}\nFORCE f rod.b dir=(-1,0) {1.25 * pi**2}\n.modes static"
     assert ask(cards).table("modes")["rate"].min() == pytest.approx(-0.5 * pi**2, rel=2e-3)
     p = 4 * float(ellipkinc(pi / 2, sin(pi / 9) ** 2)) ** 2 / pi**2

@@ -28,10 +28,11 @@ def test_a_chosen_order_costs_fewer_steps_than_order_2(name, fewer):
 
 
 def test_errors_that_stay_are_held_to_less():
-    """Four tolerances about 1e-5: before long steps were held to less the mean error was 3e-6, and 1.2e-6 took 7000 steps."""
+    """Four tolerances about 1e-5: before long steps were held to less the mean error was 3e-6, 1.2e-6 took 7000 steps. At rows:
+    between them reading a table is 9e-7 off."""
     text = deck("bench/multiplier4")
     exact = run(text, "method=radau reltol=1e-9")
-    t = np.linspace(0, exact.time[-1], 203)[1:-1]
+    t = 5e-6 * np.arange(1, 200)
     errors, steps = [], []
     for reltol in (5e-5, 4e-5, 3e-5, 2e-5):
         result = run(text, f"method=gear reltol={reltol!r}")
@@ -41,7 +42,7 @@ def test_errors_that_stay_are_held_to_less():
         ]
         errors.append(np.log(max(off)))
         steps.append(np.log(result.stats["steps"]))
-    assert np.exp(np.mean(errors)) <= 8.5e-7 and np.exp(np.mean(steps)) <= 6300, (
+    assert np.exp(np.mean(errors)) <= 3e-7 and np.exp(np.mean(steps)) <= 6300, (
         np.exp(errors),
         np.exp(steps),
     )

@@ -114,11 +114,12 @@ def apart(found: emsim.Result, exact: emsim.Result, signal: str, grid: np.ndarra
 @pytest.mark.parametrize("series", ["rs=20m", ""])
 def test_a_diode_that_turns_off_carries_nothing_on(series, method, reltol):
     """Updates of 26 mV, of a junction's line that is followed down the exponential, are within 0.4 V: the coil's current
-    went on through the diode that had turned off, to -55 mA under radau, and its end to -55 kV then, behind a megohm."""
+    went on through the diode that had turned off, to -55 mA under radau, and its end to -55 kV then, behind a megohm.
+    (Microamperes of the coil's 3 A are volts there: ten tolerances of the output are allowed.)"""
     found = run(EMPTY.format(series), f"method={method} reltol={reltol!r}")
     node, current = np.asarray(found["v(d)"]), np.asarray(found["i(l1)"])
-    above = np.asarray(found["v(out)"]).max() + 2.0
-    assert node.min() > -1.0 and node.max() < above, (node.min(), node.max())
+    out = np.asarray(found["v(out)"]).max()
+    assert node.min() > -10 * reltol * out and node.max() < out + 2.0, (node.min(), node.max())
     assert current.min() > -1e-4, current.min()
 
 
@@ -168,9 +169,9 @@ def test_coils_that_a_jump_kicks(method):
 
 @pytest.mark.parametrize("reltol", [2e-2, 1.55e-2, 1e-2, 1e-3, 1e-4])
 def test_voltages_of_rows_are_computed_from_diodes_that_can_be(reltol):
-    """What lags behind the state is computed anew at a row; from a polynomial's volts across a junction, whose current was held
-    then, a winding's end was at -1e11 V. And what a polynomial leaves of a coil's current behind the diode that has turned off, within
-    the tolerance, flowed through its leakage with the state held as it was: -6e5 V."""
+    """What lags behind the state is computed anew at a row; from a polynomial's volts across a junction, whose current was
+    held then, a winding's end was at -1e11 V. And what a polynomial leaves of a coil's current behind the diode that has turned
+    off, within the tolerance, flowed through its leakage with the state held as it was: -6e5 V."""
     exact, found = run(LEAKY, "method=radau reltol=1e-7"), run(LEAKY, f"method=esdirk reltol={reltol!r}")
     for node in ("v(s)", "v(y)"):
         low, high = np.asarray(exact[node]).min(), np.asarray(exact[node]).max()

@@ -549,18 +549,26 @@ MACHINES = {
     },
     "BEAM": {
         **{
-            key: (f"BEAM b {'' if key == 'l' else 'l=1 '}n=2 e=1k rho=1 section=rect(0.1,0.2) @\nJOINT h 0 b.a pin\n", f"{key}={a}", f"{key}={b}")
+            key: (
+                f"BEAM b {'' if key == 'l' else 'l=1 '}n=2 e=1k rho=1 section=rect(0.1,0.2) @\nJOINT h 0 b.a pin\n",
+                f"{key}={a}",
+                f"{key}={b}",
+            )
             for key, a, b in (("l", 1, 2), ("d", 1, 2))
         },
         **{
             key: (f"BEAM b l=1 n=2 {rest} @\nJOINT h 0 b.a pin\n", f"{key}={a}", f"{key}={b}")
             for key, rest, a, b in (
-                ("e", "rho=1 section=round(0.1)", 1, 2), ("rho", "e=1 section=round(0.1)", 1, 2), ("section", "e=1 rho=1", "round(1)", "tube(1,0.1)"),
+                ("e", "rho=1 section=round(0.1)", 1, 2), ("rho", "e=1 section=round(0.1)", 1, 2),
+                ("section", "e=1 rho=1", "round(1)", "tube(1,0.1)"),
                 ("ei", "ea=1 rhoa=1", 1, 2), ("ea", "ei=1 rhoa=1", 1, 2), ("rhoa", "ei=1 ea=1", 1, 2),
             )
         },
         "n": ("BEAM b l=1 ei=1 ea=1 rhoa=1 @\n", "n=1", "n=2"),
-        **{key: ("BEAM b l=1 n=1 ei=1 ea=1 rhoa=1 @\n", f"{key}=1", f"{key}=2") for key in ("x", "y", "angle", "vx", "vy", "omega")},
+        **{
+            key: ("BEAM b l=1 n=1 ei=1 ea=1 rhoa=1 @\n", f"{key}=1", f"{key}=2")
+            for key in ("x", "y", "angle", "vx", "vy", "omega")
+        },
     },
     "ROPE": {
         **{

@@ -6,9 +6,8 @@
 //! gamma = 1 - 1/sqrt 2, which needs neither F0 nor consistent algebraic unknowns; SPICE takes backward Euler there.
 //!
 //! Local error  h^3/12 x'''  from the third divided difference of the last four points, on what stands under d/dt.
-use super::control::{Config, Controller, Tried};
 use super::rows::Lags;
-use super::{interpolate, response, Attempt, Character, History, Method, Response};
+use super::{interpolate, response, root, Attempt, Character, History, Method, Response};
 use crate::ledger::Stages;
 use crate::newton::{Newton, Options, Tolerances};
 use crate::sparse::Complex;
@@ -48,7 +47,6 @@ pub struct Trap {
     r: Vec<f64>,
     t1: f64, // of the candidate, since then as well
     x1: Vec<f64>,
-    control: Controller,
     trtol: f64,
     fixed: bool,
     linear: bool,
@@ -68,8 +66,8 @@ impl Trap {
     pub fn new(sys: &System, o: &Options) -> Result<Trap, crate::newton::Failure> {
         let v = || vec![0.0; sys.n];
         let mut newton = Newton::new(sys)?;
-        newton.missed = MISSED;
         let alone = sys.alone();
+        newton.missed = MISSED;
         Ok(Trap {
             character: Character {
                 steps_a_period: Some(IN_A_PERIOD),
@@ -84,7 +82,6 @@ impl Trap {
             r: v(),
             t1: 0.0,
             x1: v(),
-            control: Controller::new(Config::MULTISTEP),
             trtol: if o.trtol.is_finite() { o.trtol } else { 1.0 },
             fixed: o.fixed_step.is_some(),
             linear: sys.linear,
@@ -145,7 +142,7 @@ impl Trap {
         Ok(())
     }
 
-    /// Largest local error over tolerance, and the power of the step that it falls with.
+    /// Largest local error over tolerance, and the order of the estimate.
     fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> (f64, usize) {
         let p = &self.past;
         let t1 = self.t1;
@@ -233,7 +230,6 @@ impl Method for Trap {
         self.past.clear();
         self.past.push(0.0, x);
         (self.ringing, self.damp, self.calm) = (false, false, 0);
-        self.control.restart();
         sys.eval(w, x, t);
         self.q0.copy_from_slice(&w.q);
         self.newton.forget();
@@ -246,18 +242,25 @@ impl Method for Trap {
         self.two_stages = self.past.len == 1 || self.damp;
         let solved = if self.two_stages { self.first(sys, w, h, tol) } else { self.trapezoid(sys, w, h, tol) };
         if let Err(why) = solved {
-            return self.control.stuck(h, why);
+            return Attempt::Stuck { next: h / 8.0, why: why.into() };
         }
         if self.fixed {
             return Attempt::Good { next: h };
         }
-        let (error, power) = self.error(sys, w, h, tol);
-        self.control.judge(Tried { h, error, power }, self.linear)
+        let (error, order) = self.error(sys, w, h, tol);
+        if error > 1.0 {
+            let factor = (0.9 / root(error, order)).clamp(0.1, 0.8);
+            return Attempt::TooLarge { next: factor * h };
+        }
+        // a step that stays as it is keeps its factorisation in a linear circuit
+        let grows = error < if order == 2 { 0.2 } else { 0.091 }; // 0.45^order: to twice the step, without the power
+        let factor = if grows { 2.0 } else { (0.9 / root(error, order)).clamp(0.5, 2.0) };
+        let keep = if self.linear { 1.5 } else { 1.1 };
+        Attempt::Good { next: if (0.9..keep).contains(&factor) { h } else { factor * h } }
     }
 
     fn accept(&mut self, t1: f64) {
         let h = std::mem::take(&mut self.t1);
-        self.control.accept();
         self.calm = if self.damp { 0 } else { self.calm + 1 };
         self.damp = self.ringing && self.calm >= CALM;
         // Newton's method left Q and F of the candidate

@@ -42,7 +42,7 @@ mod sdirk;
 mod tests;
 mod trbdf2;
 
-use super::control::{Config, Controller, Tried};
+use super::control::{Controller, Tried};
 use super::rows::Lags;
 use super::{response, weighted_sum, Attempt, Character, Method, Response};
 use crate::ledger::Stages;
@@ -186,7 +186,7 @@ impl Dirk {
             refused: None,
             at_first: None,
             leapt: false,
-            control: Controller::new(Config::ONE_STEP),
+            control: Controller::new(sys.turns()),
             guess: vec![v(); s],
             r: v(),
             e: v(),

@@ -17,6 +17,6 @@ pub fn tableau() -> Tableau {
         // Lagrange's polynomials of the nodes 0, gamma, 1
         dense: vec![vec![1.0, -(1.0 + gamma) * l0, l0], vec![0.0, -l1, l1], vec![0.0, -gamma * l2, l2]],
         falls: 3,
-        local: 0.05,
+        local: 0.1,
     }
 }

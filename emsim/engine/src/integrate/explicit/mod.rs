@@ -4,7 +4,7 @@
 //!   k_i = f(y0 + h sum_j a_ij k_j, t0 + c_i h),   y1 = y0 + h sum b_i k_i,   the slope at y1 serves as the next k_0
 //!
 //! Error: h sum e_i k_i, mapped to the unknowns (momenta to speeds, charges to voltages) and measured in the tolerances;
-//! where there is a second estimate of lower order, e5^2 / sqrt(e5^2 + 0.01 e3^2).
+//! where there is a second estimate of lower order, e5^2 / sqrt(e5^2 + 0.01 e3^2). PI control as in dopri5.f and dop853.f.
 //! Dense output in the nested form of both codes, theta = (t - t0)/h, dy = y1 - y0:
 //!
 //!   y = y0 + th (r1 + (1-th) (r2 + th (r3 + (1-th) (r4 + ...)))),   r1 = dy,  r2 = h k_0 - dy,  r3 = 2 dy - h (k_0 + k_new),
@@ -26,7 +26,6 @@ pub(super) use begin::place;
 pub use dop853::DOP853;
 pub use rk45::RK45;
 
-use super::control::{Config, Controller, Tried};
 use super::{response, Attempt, Character, Limit, Method, Response};
 use crate::interrupt;
 use crate::newton::{Failure, Options, Tolerances};
@@ -38,9 +37,9 @@ use dense::Inside;
 use std::cell::{OnceCell, RefCell};
 use tableau::{combine, scaled, Tableau};
 
-/// The local tolerance against the asked one: keeps the global error of ordinary problems near what was asked, at both orders. The long
+/// The local tolerance against the asked one keeps the global error of ordinary problems near what was asked. The long
 /// steps that order 8 takes at loose tolerances are judged worse than they know.
-const LOCAL: f64 = 0.0125;
+const LOCAL: f64 = 0.1;
 
 fn local(method: &Tableau, reltol: f64) -> f64 {
     match method.order {
@@ -48,6 +47,8 @@ fn local(method: &Tableau, reltol: f64) -> f64 {
         _ => LOCAL,
     }
 }
+/// Steps are chosen so much shorter than the estimate says.
+const SAFE: f64 = 0.7;
 /// Corrections of one projection. The first leaves the square of the drift.
 const PROJECTIONS: usize = 4;
 
@@ -91,7 +92,8 @@ pub struct Explicit<'a> {
     ex: Vec<f64>,
     difference: Vec<f64>,
     // control
-    control: Controller,
+    error_old: f64,
+    rejected: bool,
     stiffness: f64,   // of the last step, by the last estimate
     seen: (f64, u32), // length of the step that it is of; steps since that estimate
     inside: OnceCell<RefCell<Inside<'a>>>,
@@ -139,7 +141,8 @@ impl<'a> Explicit<'a> {
             e: vec![0.0; width],
             ex: vec![0.0; sys.n],
             difference: vec![0.0; sys.n],
-            control: Controller::new(Config::ONE_STEP),
+            error_old: 1e-4,
+            rejected: false,
             stiffness: 0.0,
             seen: (0.0, 0),
             inside: OnceCell::new(),
@@ -366,7 +369,8 @@ impl Method for Explicit<'_> {
         self.x0.copy_from_slice(x);
         self.started = false;
         self.accepted = None;
-        self.control.restart();
+        self.error_old = 1e-4;
+        self.rejected = false;
         self.stiffness = f64::NAN;
     }
 
@@ -408,7 +412,8 @@ impl Method for Explicit<'_> {
         self.careful = self.careful && self.weakest <= 2.0 * NEAR || careless;
         w.counters.evaluations += self.point.evaluations - before;
         if let Err(t) = result {
-            return self.control.stuck(h, self.trouble(t));
+            self.rejected = true;
+            return Attempt::Stuck { next: h / 4.0, why: self.trouble(t).into() };
         }
         if careless {
             // once more, with care; or by a method that needs none
@@ -421,9 +426,13 @@ impl Method for Explicit<'_> {
             let noise = self.rounding() / self.weakest.powi(2).max(1e-12);
             error /= 1.0 + h * noise / (LOCAL * tol.reltol);
         }
-        let tried = Tried { h, error, power: self.method.order as usize };
-        if !(error <= 1.0) {
-            return self.control.refuse(tried);
+        if !error.is_finite() {
+            self.rejected = true;
+            return Attempt::TooLarge { next: 0.2 * h };
+        }
+        if error > 1.0 {
+            self.rejected = true;
+            return Attempt::TooLarge { next: h * (SAFE * self.method.allows(error, 1.0)).max(0.2) };
         }
         if !self.fixed {
             self.follow_stiffness(h, tol);
@@ -433,18 +442,23 @@ impl Method for Explicit<'_> {
             let projected = self.project(h);
             w.counters.evaluations += self.point.evaluations - before;
             if let Err(t) = projected {
-                return self.control.stuck(h, self.trouble(t));
+                self.rejected = true;
+                return Attempt::Stuck { next: h / 4.0, why: self.trouble(t).into() };
             }
         }
         if self.fixed {
             return Attempt::Good { next: h };
         }
-        self.control.judge(tried, false)
+        let mut factor = (SAFE * self.method.allows(error, self.error_old)).clamp(0.2, self.method.growth);
+        if std::mem::take(&mut self.rejected) {
+            factor = factor.min(1.0);
+        }
+        self.error_old = error.max(1e-4);
+        Attempt::Good { next: h * factor }
     }
 
     fn accept(&mut self, t1: f64) {
         self.accepted = Some(t1);
-        self.control.accept();
     }
 
     fn candidate(&self) -> &[f64] {

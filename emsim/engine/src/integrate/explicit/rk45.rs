@@ -9,6 +9,8 @@ pub static RK45: Tableau = Tableau {
     order: 5,
     stages: 6,
     stable: 3.3,
+    beta: 0.04,
+    growth: 10.0,
     c: &[0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0],
     a: &[
         &[],

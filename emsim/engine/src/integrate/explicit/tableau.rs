@@ -1,5 +1,6 @@
 //! What tells one explicit Runge-Kutta method from another. Rows are lists of (stage, coefficient), zeros left out.
 
+use super::super::root;
 use crate::reduced::Reduced;
 use crate::tape::{Move, Sequence, To};
 use crate::twice::LANES;
@@ -12,6 +13,10 @@ pub struct Tableau {
     pub stages: usize,
     /// h |lambda| to which the method is stable on the negative real axis
     pub stable: f64,
+    /// of the PI control: exponent of the last error
+    pub beta: f64,
+    /// longest growth of a step
+    pub growth: f64,
     pub c: &'static [f64],
     pub a: &'static [Row],
     pub b: Row,
@@ -50,6 +55,14 @@ impl Tableau {
     /// Terms of dense output.
     pub fn terms(&self) -> usize {
         3 + self.dense.len()
+    }
+
+    /// Length of a step in parts of one with such an error, the one before having had another: PI control.
+    pub fn allows(&self, error: f64, before: f64) -> f64 {
+        if self.beta == 0.0 {
+            return root(error, self.order as usize).recip();
+        }
+        error.powf(0.75 * self.beta - 1.0 / f64::from(self.order)) * before.powf(self.beta)
     }
 
     /// All of a step up to y1 and its errors.

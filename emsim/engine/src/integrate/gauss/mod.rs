@@ -29,7 +29,7 @@ mod dense;
 mod fit;
 mod table;
 
-use super::control::{Config, Controller, Tried};
+use super::control::{Controller, Tried};
 use super::rows::Lags;
 use super::{interpolate, Attempt, Character, History, Method, Response};
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -167,7 +167,7 @@ impl Gauss {
             multipliers,
             extrapolated: of(&[Kind::Lambda, Kind::Mu, Kind::Derivative]),
             fixed: o.fixed_step.is_some(),
-            control: Controller::new(Config { unsolved: 0.5, ..Config::ONE_STEP }),
+            control: Controller::new(true),
             checked: false,
         })
     }

@@ -19,12 +19,11 @@
 //! from the solution is the product in the error estimate). Dense output: the polynomial through the k+1 points of the formula.
 //! Accounts of energy integrate the polynomial through the powers at the newest k points, of the formula's order too: the
 //! points solve the equations, between them a diode's exponential is far from any polynomial of its voltage.
+mod control;
 mod differences;
-mod pace;
 
+use self::control::{Control, Pace, Taken, AHEAD, SPICE};
 use self::differences::{slope, towards, towards_by, Differences, ROWS};
-use self::pace::Pace;
-use super::control::{Config, Controller, Tried};
 use super::rows::Lags;
 use super::{response, Attempt, Character, History, Method, Response};
 use crate::ledger::Stages;
@@ -42,7 +41,7 @@ pub const LOCAL: f64 = 0.33;
 /// ... where there are coils beside diodes, which `auto` leaves to gear: what rings adds up its errors over the periods (a flyback
 /// converter's leakage at 1e-4: 40 times reltol with 0.4). And where accounts are kept, which integrate currents.
 const STRICT: f64 = 0.1;
-/// Beside diodes without coils, where long steps are held to less (`pace::Pace`), short ones to so many times that.
+/// Beside diodes without coils, where long steps are held to less (`control::Pace`), short ones to so many times that.
 const SHORT: f64 = 3.0;
 /// Of nodes that capacitors tie together what they have in common hardly counts in the norm, and errs with the rest: that is held to less.
 const TIED: f64 = 0.25;
@@ -90,9 +89,10 @@ pub struct Gear {
     order: usize,
     maxord: usize,
     spice: bool, // maxord asks for what SPICE has
-    control: Controller,
+    control: Control,
     shares: [f64; MOST + 1], // of the next formula in that of each order
     since_change: usize,
+    last: Taken,
     pace: Pace,
     allowed: f64, // of the tolerance, to the candidate's error
     weighs: bool, // errors, by the length of their steps
@@ -181,13 +181,14 @@ impl Gear {
             order: 1,
             maxord,
             spice,
-            control: Controller::new(Config { safety: if spice { 0.85 } else { 0.67 }, ..Config::MULTISTEP }),
+            control: if spice { SPICE } else { AHEAD },
             shares: match spice || fixed || o.accounts {
                 true => [0.0; MOST + 1],
                 false if real => REAL,
                 false => NEXT,
             },
             since_change: 0,
+            last: Taken::default(),
             pace: Pace::default(),
             allowed: 1.0,
             weighs,
@@ -247,7 +248,7 @@ impl Gear {
         }
         if let Err(why) = self.newton.solve_stage::<L>(sys, w, a, &mut self.stage, self.now + h, tol, self.itl4) {
             self.order = 1;
-            return self.control.stuck(h, why);
+            return Attempt::Stuck { next: h / 8.0, why: why.into() };
         }
         if self.fixed {
             self.compare();
@@ -260,10 +261,11 @@ impl Gear {
         let [below, error, above] = self.errors::<L>(h, tol);
         let Some(error) = error else {
             let worst = self.first_error(sys, w, a, tol);
-            self.next_order = k;
-            return match worst > 1.0 {
-                true => self.control.refuse(Tried { h, error: worst, power: 1 }),
-                false => Attempt::Good { next: h },
+            return if worst > 1.0 {
+                Attempt::TooLarge { next: h * (0.9 / worst).max(0.1) }
+            } else {
+                self.next_order = k;
+                Attempt::Good { next: h }
             };
         };
         let share = self.constant(k, h);
@@ -273,15 +275,14 @@ impl Gear {
             if below.is_some_and(|e| e < error) {
                 self.order = k - 1;
             }
-            return self.control.refuse(Tried { h, error, power: k + 1 });
+            return Attempt::TooLarge { next: h * self.control.shorter(error, k) };
         }
         let free = self.since_change > if self.spice { k } else { 0 };
         let others = [below, above.filter(|_| k < self.maxord)].map(|error| error.filter(|_| free));
-        let held = self.allowed < self.trtol;
-        self.control.longer = if held { pace::LONGER } else { Config::MULTISTEP.change };
-        let (power, next) = self.control.next(Tried { h, error, power: k + 1 }, others, sys.linear);
-        self.next_order = power - 1;
-        Attempt::Good { next }
+        let (order, f) = self.control.next((k, h, error), others, &mut self.last, self.allowed < self.trtol);
+        self.next_order = order;
+        // a linear system keeps its factors with its step
+        Attempt::Good { next: if sys.linear && !self.spice && (0.9..1.2).contains(&f) { h } else { f * h } }
     }
 
     /// The rounding of charges and currents, where that is not far below the tolerances.
@@ -415,7 +416,7 @@ impl Method for Gear {
         self.order = 1;
         self.next_order = 1;
         self.since_change = 0;
-        self.control.restart();
+        self.last.order = 0;
         self.t1 = 0.0;
         self.newton.forget();
         if let Some(s) = &mut self.starter {
@@ -449,7 +450,6 @@ impl Method for Gear {
         let x1 = self.stage.x_blocks();
         self.behind.push(&self.betas[..behind], [x1, self.newton.q_blocks()]);
         let step = std::mem::take(&mut self.t1);
-        self.control.accept();
         for k in (1..self.times.len()).rev() {
             self.times[k] = self.times[k - 1] - step;
         }

@@ -25,7 +25,7 @@ use self::estimate::share;
 use self::full::FullNewton;
 use self::order::{contracting, Orders, Taken, CONTRACTION};
 use self::tables::Scheme;
-use super::control::{Config, Controller, Tried};
+use super::control::{Controller, Tried};
 use super::rows::Lags;
 use super::{Attempt, Character, Method, Response};
 use crate::ledger::Stages;
@@ -187,7 +187,7 @@ impl Radau {
             accepted: false,
             theta: 1.0,
             contraction: 1.0,
-            control: Controller::new(Config::ONE_STEP),
+            control: Controller::new(true),
             at_first: None,
             unfiltered: 0.0,
             stuck: 0,
@@ -330,8 +330,7 @@ impl Radau {
             // what took many iterations lies far from where it was looked for (Hairer and Wanner, equation (IV.8.22))
             let most = 2.0 * MOST_ITERATIONS as f64 + 1.0;
             let found = most / (most - 1.0 + iterations as f64);
-            let (_, next) = self.control.next(tried, [None; 2], false);
-            let factor = (found * next / h).min(contracts);
+            let factor = (found * self.control.judge(tried, false).next() / h).min(contracts);
             if self.full_steps == 0 && self.orders.due(self.scheme) {
                 let taken = Taken {
                     h,
