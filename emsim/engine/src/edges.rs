@@ -27,8 +27,8 @@ type Entries = BTreeMap<(usize, usize), f64>;
 
 /// At most so many corners without an edge are looked through at once.
 const CORNERS: usize = 64;
-/// Crossings nearer than this part of the piece are one edge.
-const TOGETHER: f64 = 1e-9;
+/// Instants nearer than this part of the time that is looked at are one.
+pub const TOGETHER: f64 = 1e-9;
 /// ... and their operands are nearer to their thresholds than this part of what is added up in them.
 const ROUGHLY: f64 = 1e-6;
 

@@ -111,6 +111,15 @@ impl Law {
     }
 }
 
+/// Flags of a law with modes, by their place: of a relay, ...
+pub const SLIDES: usize = 0;
+pub const SIDE: usize = 1;
+pub const SHOWN: usize = 2;
+/// ... of a corner and a one way.
+pub const CLOSED: usize = 0;
+/// A flow of so much of what it is made of is 0; an effort so near to its bound is at it.
+pub const NOTHING: f64 = 1e-9;
+
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Form {
     /// |effort| <= bound, effort = -bound where flow > 0

@@ -35,7 +35,8 @@
 //!    others touch without a force. Friction there would have no bound else.
 //!
 //! A = W^T M^-1 W and all that circuits and closed loops add to it is read from the factors of that step, a column a law.
-use crate::model::{Form, Law, LawSpec, Normal};
+use crate::edges::TOGETHER;
+use crate::model::{Form, Law, LawSpec, Normal, CLOSED, NOTHING, SHOWN, SIDE, SLIDES};
 use crate::newton::{Newton, Tolerances};
 use crate::system::{Kind, Reading, System, Work};
 
@@ -54,8 +55,6 @@ const REST: f64 = 2.0;
 const MANY: u32 = 12;
 /// Rounds of impacts, before all that touch are taken together without restitution.
 const ROUNDS: u32 = 60;
-/// A flow of so much of what it is made of is 0; an effort so near to its bound is at it.
-const NOTHING: f64 = 1e-9;
 
 /// Rounds until friction and the load that makes it agree to so much.
 const LOADS: u32 = 50;
@@ -73,8 +72,6 @@ const SHORTEST: f64 = 100.0;
 
 /// The modes are asked so much of a step behind the event: at the event itself what is let go has no acceleration yet.
 const AHEAD: f64 = 1e-3;
-/// Events within this part of the run are of one time.
-const PILES: f64 = 1e-9;
 /// Rounding of charges over a short step keeps an iteration from more, and another one, linear, follows.
 const SOLVED: f64 = 1e-9;
 /// Steps are ten times as long, so often, where they cannot be solved.
@@ -82,12 +79,7 @@ const LONGER: i32 = 4;
 /// A step in which momenta alone change takes this part of what there is room for.
 const INSTANT: f64 = 1e-9;
 
-/// Of a relay's flags.
-const SLIDES: usize = 0;
-const SIDE: usize = 1;
-const SHOWN: usize = 2;
-/// Of a corner's and a one way's.
-const CLOSED: usize = 0;
+/// Of a corner's and a one way's flags, behind `CLOSED`.
 const HITS: usize = 1;
 const IMPULSE: usize = 2;
 const LOST: usize = 3;
@@ -133,7 +125,7 @@ impl Short {
     /// Of steps of this width in a run of this span, at a point that is found so late, from where the shortest step is `least`.
     pub fn new(width: f64, least: f64, late: f64, span: f64) -> Short {
         let ahead = (AHEAD * width).max(10.0 * least);
-        Short { instant: least, late: late.max(10.0 * least), ahead, step: width, near: ahead.max(PILES * span) }
+        Short { instant: least, late: late.max(10.0 * least), ahead, step: width, near: ahead.max(TOGETHER * span) }
     }
 }
 

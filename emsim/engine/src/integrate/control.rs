@@ -4,7 +4,7 @@
 //!
 //!   taken, e <= 1:   h_next = h * safety * e^(-1/p) * min(1, g),    g = (h/h') (e'/e)^(1/p) = (c'/c)^(1/p)
 //!   refused:         h_next = h * safety * e^(-1/p)
-//!   not solved:      h_next = h * unsolved
+//!   not solved:      h_next = h / change
 //!
 //! h', e', c' are of the step before: a coefficient that has grown is expected to grow on, as where a diode turns on (Gustafsson, ACM
 //! Trans. Math. Software 20 (1994) 496; Hairer and Wanner, Solving Ordinary Differential Equations II, equation (IV.8.25)). What
@@ -25,14 +25,10 @@ const WRONG: f64 = 10.0;
 const PART: f64 = 0.3;
 /// What is left of a refused step at least: an estimate that asks for less is far from where it falls as h^p.
 const LEAST: f64 = 0.1;
-/// What is left of a step whose equations were not solved.
-const UNSOLVED: f64 = 0.25;
 /// A step that may grow by less than this keeps its length, where that keeps its factors: they cost more than half a step.
 const KEEP: f64 = 1.5;
 /// The error of the step before counts as this at least, as in RADAU5: smaller ones say little of their coefficient.
 const BELIEVED: f64 = 1e-2;
-/// Errors below this are as good as none: any step is then the longest, since (1e-12)^(-1/9) > 5.
-const NONE: f64 = 1e-12;
 
 /// An attempted step: its length, its error in units of what is allowed, and the power of h that the error falls with.
 #[derive(Clone, Copy)]
@@ -71,7 +67,7 @@ impl Controller {
     /// log2 of the factor to the step that an error allows, whatever the last ones were.
     #[inline(always)]
     fn growth(&self, error: f64, power: usize) -> f64 {
-        SAFETY.log2() - error.max(NONE).log2() / power as f64
+        SAFETY.log2() - error.max(f64::MIN_POSITIVE).log2() / power as f64
     }
 
     /// The step that an error allows, whatever the last ones were.
@@ -99,7 +95,7 @@ impl Controller {
 
     pub fn stuck(&mut self, h: f64, why: Failure) -> Attempt {
         self.refused = true;
-        Attempt::Stuck { next: UNSOLVED * h, why: why.into() }
+        Attempt::Stuck { next: h / CHANGE, why: why.into() }
     }
 
     /// Length of the step after a good one.

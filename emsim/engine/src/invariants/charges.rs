@@ -15,8 +15,6 @@ use std::collections::BTreeMap;
 const SHUNT: f64 = 1e-9;
 /// Rows from one look to the next.
 const EVERY: u32 = 32;
-/// Coefficients that cancel leave no more of their size.
-const CANCELS: f64 = 1e-12;
 
 struct Group {
     rows: Vec<usize>,
@@ -70,7 +68,7 @@ impl Charges {
         let found = members.into_iter().filter_map(|(of, rows)| {
             let own = sums.range((of, 0)..=(of, usize::MAX)).map(|(&(_, col), &sum)| (col, sum));
             let leaks: Vec<_> =
-                own.filter(|(_, sum)| sum.0.abs() > CANCELS * sum.1).map(|(c, sum)| (c, sum.0)).collect();
+                own.filter(|(_, sum)| sum.0.abs() > ROUNDED * sum.1).map(|(c, sum)| (c, sum.0)).collect();
             let shunts = leaks.iter().all(|&(col, v)| node(col) && v.abs() <= SHUNT);
             let places = Vec::new();
             shunts.then_some(Group { rows, places, leaks, first: None, leaked: 0.0, missed: 0.0, last: None })

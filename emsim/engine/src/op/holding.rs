@@ -9,22 +9,15 @@
 //! A row of speeds, a(q) u = 0, of what rolls or cuts, has the row  a d = 0  there: it has come where it could come so.
 //! Friction with two directions holds up to |f| = F, and slides with f = -F d/|d|.
 use super::{rest::way, Dc};
-use crate::model::{Form, Kind, LawSpec};
+use crate::model::{Form, Kind, LawSpec, CLOSED, NOTHING, SHOWN, SIDE, SLIDES};
 use crate::newton::{Failure, Tolerances};
 use crate::system::{Reading, System, Work};
 
 /// At its largest effort what holds gives way by this part of the absolute tolerance.
 const GIVES: f64 = 5e-4;
-/// An effort beyond its bound by no more than this part is at it.
-const WITHIN: f64 = 1e-9;
 /// Rounds until modes agree, before they are changed one by one, and in all.
 const TOGETHER: usize = 12;
 const ROUNDS: usize = 60;
-
-const SLIDES: usize = 0;
-const SIDE: usize = 1;
-const SHOWN: usize = 2;
-const CLOSED: usize = 0;
 
 /// What is known of the laws between the steps.
 pub struct Holding {
@@ -176,7 +169,7 @@ impl Holding {
             if law.form == Form::Relay {
                 let [slides, side] = [SLIDES, SIDE].map(|j| w.flags[law.flags[j]]);
                 let most = self.bound(k, &at);
-                if slides == 0.0 && f.abs() > most * (1.0 + WITHIN) + small {
+                if slides == 0.0 && f.abs() > most * (1.0 + NOTHING) + small {
                     put_relay(sys, w, k, [1.0, -f.signum(), -f.signum()]);
                     turned = true;
                 } else if slides != 0.0 && way * side < -least {
@@ -214,7 +207,7 @@ impl Holding {
         let [slides, shares] = [SLIDES, SIDE].map(|which| flags(which).map(|flag| w.flags[flag]));
         let (effort, length) = (efforts[0].hypot(efforts[1]), ways[0].hypot(ways[1]));
         let to = if slides == [0.0, 0.0] {
-            if effort <= self.bound(both[0], at) * (1.0 + WITHIN) + small {
+            if effort <= self.bound(both[0], at) * (1.0 + NOTHING) + small {
                 return false;
             }
             efforts.map(|f| -f / effort)
@@ -227,7 +220,7 @@ impl Holding {
                 return false;
             }
             let to = ways.map(|way| way / length);
-            if (to[0] - shares[0]).hypot(to[1] - shares[1]) <= WITHIN {
+            if (to[0] - shares[0]).hypot(to[1] - shares[1]) <= NOTHING {
                 return false;
             }
             to

@@ -6,6 +6,7 @@
 mod placed;
 
 use super::{Accounts, Packed, Varies};
+use crate::edges::TOGETHER;
 use crate::graph::{Graph, Id};
 use crate::integrate::{self, Failed, Place, Session, Transient};
 use crate::ledger::Ledger;
@@ -15,8 +16,6 @@ use crate::system::System;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Times that differ by so much of themselves are one.
-const SAME: f64 = 1e-9;
 /// An input that differs by so much of itself from where its line led has not jumped.
 const SAME_VALUE: f64 = 1e-12;
 
@@ -311,10 +310,10 @@ impl Instance {
             return Err(format!("a step goes forward, not by {h} s from t = {t} s"));
         }
         let until = t + h;
-        if (t - self.time).abs() > SAME * until.abs().max(self.time) {
+        if (t - self.time).abs() > TOGETHER * until.abs().max(self.time) {
             return Err(format!("the step begins at t = {t} s, the model stands at {} s", self.time));
         }
-        if let Some(stop) = self.stop.filter(|s| until > s * (1.0 + SAME)) {
+        if let Some(stop) = self.stop.filter(|s| until > s * (1.0 + TOGETHER)) {
             return Err(format!("the step ends at t = {until} s, behind the end that was said, {stop} s"));
         }
         let (jumps, t) = (self.hand_over(until), self.time);
