@@ -14,6 +14,7 @@ pub mod folded;
 mod functions;
 mod generate;
 mod memory;
+mod operators;
 mod random;
 mod reached;
 mod sampled;
