@@ -69,7 +69,7 @@ fn leaps(dc: &Dc, w: &mut Work, x: &[f64], trial: &[f64]) -> bool {
     }
     let angle = |j: usize| PI * j as f64 / DEGREE as f64;
     let along: Vec<Vec<f64>> = (0..=DEGREE).map(|j| force(0.5 - 0.5 * angle(j).cos())).collect();
-    let ends = |j: usize| if j.is_multiple_of(DEGREE) { 0.5 } else { 1.0 };
+    let ends = |j: usize| if j % DEGREE == 0 { 0.5 } else { 1.0 };
     (0..here.len()).filter(|&i| suspects[i]).any(|i| {
         let most = along.iter().fold(0.0_f64, |most, f| most.max(f[i].abs()));
         (DEGREE - 1..=DEGREE).any(|k| {
