@@ -30,6 +30,11 @@ class Opened(dict[str, float]):
         self.lost: set[str] = set()
 
 
+def as_read(value: Any) -> Any:
+    """The number at which the deck was read: for pictures that are as good at another one."""
+    return value.start if isinstance(value, OpenNumber) else value
+
+
 class OpenNumber:
     """`start` is the value at which the deck was read, `names` are those of the inputs behind `expr`."""
 
@@ -122,6 +127,9 @@ class OpenNumber:
 
     def __int__(self) -> int:
         return int(float(self))
+
+    def __round__(self) -> int:
+        return round(float(self))
 
     def __format__(self, spec: str) -> str:
         return format(self.start, spec)

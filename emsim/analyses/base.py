@@ -81,8 +81,13 @@ class Part:
     def column(self, i: int, /) -> bytes:
         return self.waves.column(self.first + i)
 
-    def write_raw(self, path: str, head: Any, ascii: bool = False) -> None:
-        self.waves.write_raw(path, head, ascii, self.first)
+    @property
+    def write_raw(self) -> Callable[..., None] | None:
+        """The engine's writer; None where Python made the columns."""
+        native = getattr(self.waves, "write_raw", None)
+        if native is None:
+            return None
+        return lambda path, head, ascii=False: native(path, head, ascii, self.first)
 
     def finish_stream(self) -> tuple[int, str | None] | None:
         return self.waves.finish_stream()

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from math import sqrt
 
+from ..opened import as_read
 from . import looks, shape, shapes
 from .base import Card, Default, Spec, sets
 
@@ -180,9 +181,10 @@ class Body(Card):
             at = draw.on(self.name, self.centre)
             known = not draw.planar and self.m > 0.0 and not any(self.inertia[3:])
             inertia = [self.m, *self.inertia[:3]] if known else None
+            m, j = as_read(self.m), as_read(self.inertia[2])
             draw.add(
                 kind, self, at=at, to=draw.attached(self.name), spin=draw.wheel(self.name), inertia=inertia,
-                planar=draw.planar, gyration=sqrt(2 * self.inertia[2] / self.m) if self.m and self.inertia[2] else 0.0,
+                planar=draw.planar, gyration=sqrt(2 * j / m) if m and j else 0.0,
             )  # fmt: skip
         else:
             draw.add(kind, self, at=draw.on(self.name), sizes=sizes)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from support import deck
+
 import emsim
 from emsim.fmus import page
 
@@ -57,3 +59,10 @@ def test_a_body_whose_speed_is_prescribed_is_not_taken_hold_of() -> None:
     found = page.opened(DRIVEN, emsim.run(DRIVEN, scene=True), {}, {})
     assert found is not None
     assert [body for body, own in found["grips"].items() if own] == [2]
+
+
+def test_the_number_of_a_wheel_s_teeth_is_no_open_number() -> None:
+    """It ended with an internal error: a ratio that a reader may move was rounded to teeth."""
+    text = deck("mechanical/planetary_gear")
+    found = page.opened(text, emsim.run(text, scene=True), {}, {})
+    assert found is not None and found["inputs"]

@@ -114,6 +114,17 @@ def test_tables_stand_in_the_file_that_r_names(decks):
     assert "Index   time" in emsim("print.cir", "-r", "/dev/full").stdout
 
 
+def test_a_machine_s_page_beside_its_small_signals(decks):
+    """The columns of its `.ac` are made in Python where the machine is drawn: its raw file ended in E499."""
+    card = (
+        "BODY m m=1\nJOINT j 0 m slide\nSPRING s j k=100\nV1 a 0 DC 0 AC 1\nR1 a 0 1\nFORCE f m fx={v(a)}\n"
+    )
+    (decks / "swing.cir").write_text(f"swing\n{card}.tran 10m 0.1\n.ac lin 5 1 2\n.save pos(j)\n.end\n")
+    done = emsim("-q", "swing.cir", "--html", "page.html")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [t.kind for t in raw.read("swing.raw").plots] == ["tran", "ac"]
+
+
 def test_no_files_and_csv(decks):
     assert emsim("--no-files", "--csv", "x.csv", "rc.cir").returncode == 0
     assert not (decks / "rc.raw").exists()
