@@ -11,6 +11,7 @@ name further channels (a current, a force) that change them. Nothing here is dra
 
 from __future__ import annotations
 
+from ..opened import as_read
 from .arranged import arrange
 from .outputs import Output
 from .tree import GROUND
@@ -96,7 +97,7 @@ class Drawing:
             "axis": list(j.card.direction),
         }
         if lead := getattr(j.kind, "lead", None):
-            found["lead"] = lead
+            found["lead"] = as_read(lead)
         if j.qs:
             found["q"] = self._coordinate(j)
             found["zero"] = j.card.zeros[0] if j.card.zeros else 0.0

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from math import pi
 
+from ..opened import as_read
 from . import touch
 from .base import Card, Default, Spec
 from .laws import Relay
@@ -132,7 +133,7 @@ class Gear(Touching, Card):
         return {word: lambda: s.reaction(self.name)}
 
     def glyph(self, draw: Pen) -> None:
-        ratio = self.ratio if self.ratio is not None else self.lead
+        ratio = self.ratio if self.ratio is not None else as_read(self.lead)
         draw.add(
             "gear", self, first=draw.joint(self.first.name), second=draw.joint(self.second.name), ratio=ratio
         )

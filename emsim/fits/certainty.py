@@ -74,7 +74,9 @@ class Certainty:
                 length = float(np.abs(way).max())
                 unknown = deviation * length > WHOLE * max(value, 1e-300)
                 if value < NOTHING * w[0] or unknown:
-                    parts = way / way[np.abs(way).argmax()]
+                    parts = (
+                        way / way[np.flatnonzero(np.abs(way) > (1 - 1e-6) * length)[0]]
+                    )  # of equals the first
                     mixed = {self.names[seen[k]]: float(p) for k, p in enumerate(parts) if abs(p) >= PART}
                     self.mixtures.append(Mixture(mixed))
                     lost[seen[np.abs(parts) >= PART]] = True
