@@ -14,7 +14,6 @@ import watch
 KNOWN = {
     ("pendulum 90 deg", "trap", 1e-4): "silence",
     ("pendulum 90 deg", "gear", 1e-3): "silence",
-    ("pendulum 90 deg", "esdirk", 1e-2): "silence",
     ("pendulum 90 deg", "gear 2", 1e-3): "factor",
     ("pendulum 90 deg", "trbdf2", 1e-3): "factor",
     ("tank after a step", "gear 2", 1e-2): "factor",
