@@ -167,7 +167,7 @@ def test_a_run_that_fails_says_why_in_the_words_of_the_deck():
     s.step(0.5)
     assert s.time == 0.5 and s["v(a)"] == pytest.approx(2.0, rel=1e-3)
     (said,) = caught.value.diagnostics
-    assert said.code[:2] == "E4" and "worst at `a`" in said.message
+    assert said.code[:2] == "E4" and "at `a`" in said.message and "t = 1.00000" in said.message
 
 
 def test_what_a_run_has_to_say_is_told():
