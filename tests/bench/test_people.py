@@ -31,7 +31,7 @@ def test_transients_are_as_near_as_they_are_asked_to_be():
         loose, tight = (people.of(emsim.run(text, reltol=tol), times) for tol in (1e-3, 1e-6))
         errors[name] = people.distance(loose, tight)
     # one of them rings freely at 200 MHz, one is asked at the edges of its switch, of a nanosecond
-    assert max(errors.values()) < 0.1, errors
+    assert max(errors.values()) < 0.12, errors
     assert np.median(list(errors.values())) < 1e-4
 
 
