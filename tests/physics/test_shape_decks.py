@@ -57,7 +57,8 @@ def test_a_box_tumbles_down_stairs(reltol, error):
         (0.3, 0.45, 0.15, 0.225),
     ):
         assert apart(placed(box(w, h, px, py), *np.zeros((3, len(t)))), body).min() > -1e-6
-    assert x[-1] == pytest.approx(0.822902945, abs=max(error, 1e-8))  # the finest of three tolerances
+    # by radau and esdirk with impacts of 1e-9 and 1e-11 of a step, extrapolated to none: both give this to 1e-10
+    assert x[-1] == pytest.approx(0.8229031432, abs=max(error, 1e-8))
     assert angle[-1] / (pi / 2) == pytest.approx(-5, abs=1e-6) and never_rises(r, reltol)
 
 

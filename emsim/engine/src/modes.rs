@@ -76,8 +76,9 @@ const AHEAD: f64 = 1e-3;
 const SOLVED: f64 = 1e-9;
 /// Steps are ten times as long, so often, where they cannot be solved.
 const LONGER: i32 = 4;
-/// A step in which momenta alone change takes this part of what there is room for.
-const INSTANT: f64 = 1e-9;
+/// A step in which momenta alone change takes this part of one that there is room for: what turns meanwhile is an error of the impact,
+/// whatever the tolerance.
+pub const INSTANT: f64 = 1e-11;
 
 /// Of a corner's and a one way's flags, behind `CLOSED`.
 const HITS: usize = 1;

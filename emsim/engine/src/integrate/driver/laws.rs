@@ -4,7 +4,7 @@ use super::super::rows::{Forces, Sink};
 use super::jumps::JUMP;
 use super::{Run, LATE};
 use crate::model::Law;
-use crate::modes::{Modes, Short};
+use crate::modes::{Modes, Short, INSTANT};
 use crate::newton::Failure;
 
 /// Steps by which the modes are asked are no shorter than those of this part of the longest one.
@@ -43,7 +43,7 @@ impl<S: Sink> Run<'_, S> {
         let Some(modes) = &mut self.modes else { return false };
         // a step that an event has cut is no measure of how fast things move
         let width = width.max(SHORTEST * self.tmax).min(self.until - self.t).max(1e-9 * self.a.tstop);
-        let least = (JUMP * width).max(64.0 * f64::EPSILON * self.t).max(1e-18 * self.a.tstop);
+        let least = (INSTANT * width).max(64.0 * f64::EPSILON * self.t).max(1e-18 * self.a.tstop);
         let short = Short::new(width, least, 2.0 * LATE * self.tol.reltol * width, self.a.tstop);
         let before = self.w.flags.clone();
         let decided = modes.decide(self.sys, self.w, &mut self.x, &mut self.t, short, fired, &self.tol);
