@@ -28,7 +28,7 @@ SPECIAL = {
     "coupled/ref_comb_drive": (1e-9, "50u 1m"),
     # one pace for both: two paces of their own know the motion to the tolerance, forces at a row only without its ripple
     "coupled/chain50_converter": (1e-8, "0.2m 4m UIC"),
-    # the motion agrees to 1e-9 at each tolerance; the hook's force has the rounding of what stretches the strip, 1e-5 below this one
+    # the motion agrees to 1e-9 at each tolerance; the force has the rounding of what stretches the strip, 1e-5 below this
     "mechanical/flexible_pendulum": (1e-8, None),
     # at 1e-9 a pawl is let go 2 us late under radau, by one formulation or by both
     "mechanical/ratchet": (1e-8, None),
