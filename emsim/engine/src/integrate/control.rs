@@ -120,7 +120,7 @@ impl Controller {
 
 #[cfg(test)]
 mod tests {
-    use super::{Attempt, Controller, Tried};
+    use super::{Attempt, Controller, Tried, CHANGE, PART};
 
     fn next(control: &mut Controller, h: f64, error: f64) -> f64 {
         control.judge(Tried { h, error, power: 4 }, false).next()
@@ -164,8 +164,10 @@ mod tests {
         }
         assert_eq!(next(&mut control, 0.1, 1e-9), 0.1);
         control.accept();
-        // (the coefficient has not grown since)
-        assert_eq!(next(&mut control, 0.1, 1e-9), 0.5);
+        // something quick is 0.9 ahead, 0.8 behind the next step
+        assert_eq!(next(&mut control, 0.1, 1e-9), PART * 0.8);
+        control.restart();
+        assert_eq!(next(&mut control, 0.1, 1e-9), CHANGE * 0.1);
     }
 
     #[test]
