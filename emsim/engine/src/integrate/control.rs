@@ -10,7 +10,7 @@
 //! Trans. Math. Software 20 (1994) 496; Hairer and Wanner, Solving Ordinary Differential Equations II, equation (IV.8.25)). What
 //! follows a refused attempt is no longer than it (Hairer, Norsett and Wanner, part I, section II.4).
 //!
-//! Methods give errors and choose no length. Logarithms are of base 2: one of each error, one power for the step.
+//! Logarithms are of base 2: one of each error, one power for the step.
 use super::Attempt;
 use crate::newton::Failure;
 

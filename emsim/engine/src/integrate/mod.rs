@@ -9,7 +9,8 @@
 //!  4. `dense` evaluates the candidate's (or the accepted) step anywhere inside it, with the method's own polynomial.
 //!  5. `candidate` is the state at the end of the attempted step.
 //!
-//! A step's length and order are `Controller`'s to choose (control.rs), from the error that a method finds.
+//! The length of a step of radau, the diagonally implicit methods and gauss is `Controller`'s to choose (control.rs), from the error
+//! that the method finds; trap, gear and the explicit methods choose their own.
 //!
 //! `character` says what the method is like, `Response` what its formulas do to an oscillation. Whoever asks for more than that asks an
 //! optional function, which answers for a method that has nothing to say. `auto` is one more method (auto.rs).

@@ -356,10 +356,8 @@ impl Fitting {
         let mut found = hold(sys, &mut self.newton, w, (t, &mut y), h, tol, &stays) <= MOVED;
         if sys.exponentials() > 0 && !self.machine {
             // what states are off by may flow through a leakage; and slopes may be those of a step that leapt over an edge
-            let apart =
-                |z: &Option<Vec<f64>>| z.as_ref().is_none_or(|z| tol.states_apart(z, x, MOVED, |i| !self.given[i]));
-            let slopes = by_slopes(&mut self.newton, sys, w, around, (t, x), tol);
-            if let (false, Some(z)) = (apart(&slopes), slopes) {
+            let other = by_slopes(&mut self.newton, sys, w, around, (t, x), tol);
+            if let Some(z) = other.filter(|z| !tol.states_apart(z, x, MOVED, |i| !self.given[i])) {
                 let (mut x0, mut x1) = (x.to_vec(), x.to_vec());
                 (around.dense)(around.begin, &mut x0);
                 (around.dense)(around.begin + around.h, &mut x1);
@@ -428,12 +426,8 @@ impl<S: Sink> Row<'_, S> {
             *self.fitting = Fitting::new(sys);
         }
         if let Some(fitting) = self.fitting {
-            let around = Around {
-                dense: &|t, x| m.dense(t, x),
-                begin: self.until - self.width,
-                h: self.width,
-                whole: self.whole,
-            };
+            let begin = self.until - self.width;
+            let around = Around { dense: &|t, x| m.dense(t, x), begin, h: self.width, whole: self.whole };
             fitting.fit(sys, w, around, (t, self.x), tol);
         }
     }
