@@ -97,7 +97,7 @@ def _places(flat: FlatDeck, trace: Trace) -> list[tuple[dict[Any, Any] | list[An
     return found
 
 
-def _within(value: Any, depth: int = 0) -> bool:
+def _within(value: Any) -> bool:
     """Is a traced number anywhere in it?"""
     if value.__class__ is Traced:
         return True
