@@ -59,6 +59,9 @@ class Stage:
         waves = table.scene.waves
         self._columns = [np.frombuffer(waves.column(k)) for k in range(waves.columns)]
         self.largest = [float(np.max(np.abs(c), where=np.isfinite(c), initial=0.0)) for c in self._columns]
+        # rounding beside the largest of a unit is nothing: a force beside the forces of the others
+        units, tops = np.array([c["unit"] for c in data["channels"]]), np.array(self.largest)
+        self._noise = [1e-9 * float(tops[units == unit].max()) for unit in units]
         self.values: list[float] = []
         self.poses: list[Pose] = []
         self.at(float(self.time[0]))
@@ -73,8 +76,7 @@ class Stage:
 
     def at(self, t: float) -> None:
         values = [float(np.interp(t, self.time, c)) for c in self._columns]
-        # rounding noise is nothing
-        self.values = [0.0 if abs(v) < 1e-9 * top else v for v, top in zip(values, self.largest, strict=True)]
+        self.values = [0.0 if abs(v) < noise else v for v, noise in zip(values, self._noise, strict=True)]
         self.poses = [Pose([self.value(ref) for ref in body["at"]], self.planar) for body in self._bodies]
 
     def value(self, ref: str | float) -> float:
@@ -83,9 +85,7 @@ class Stage:
 
     def share(self, ref: str | float) -> float:
         """The value in parts of its largest size over the run, -1 .. 1."""
-        if isinstance(ref, str):
-            return self.value(ref) / (self.largest[int(ref[1:])] or 1.0)
-        return math.copysign(1.0, ref) if ref else 0.0
+        return self.value(ref) / (self.top(ref) or 1.0) if isinstance(ref, str) else float(np.sign(ref))
 
     def top(self, ref: str | float) -> float:
         return self.largest[int(ref[1:])] if isinstance(ref, str) else abs(ref)

@@ -123,9 +123,9 @@ def test_films_and_the_page_draw_the_same_strokes(
     table, page = result.main, visit(path)
     times = table.doubles(0)
     kept = page.evaluate("() => [...window.emsim.run.scene.time]")
-    # an instant that both have
-    t = next(t for t in times[len(times) // 3 :] if any(abs(t - k) <= 1e-12 * t for k in kept))
-    there = page.evaluate(RECORD, t)
+    # a row that both have, by the clock of each: at a stop's instant one rounding before it is another picture
+    t, k = next((t, k) for t in times[len(times) // 3 :] for k in kept if abs(t - k) <= 1e-12 * t)
+    there = page.evaluate(RECORD, k)
     stage, pen = Stage(table, 480), Recorder()
     stage.width, stage.height, stage.scale, stage.middle = (
         there[k] for k in ("width", "height", "scale", "middle")

@@ -9,6 +9,7 @@ class Machine {
     Object.assign(this, { run, scene: run.scene, canvas, clock, arrows: true, labels: true, trace: null, yaw: -0.6, pitch: -0.45, perspective: false });
     this.scenes = run.runs.map((one) => one.scene).filter((scene) => scene?.rows);
     this.largest = run.scene.channels.map((_, k) => Math.max(...this.scenes.map(({ channels }) => channels[k]?.values.reduce((m, v) => Math.max(m, Math.abs(v)), channels[k].top ?? 0) ?? 0)));
+    this.hush();
     this.upright = !this.planar && Math.abs(this.gravity[2]) > Math.hypot(this.gravity[0], this.gravity[1]);
     this.measure();
     this.fit();
@@ -31,10 +32,16 @@ class Machine {
     this.fit();
     if (old.moved) Object.assign(this, { middle: old.middle, scale: old.scale, moved: true, followed: old.followed });
   }
+  // rounding beside the largest of a unit: a force is nothing beside the forces of the others
+  hush() {
+    const { channels } = this.scene, most = {};
+    channels.forEach(({ unit }, k) => { most[unit] = Math.max(most[unit] ?? 0, this.largest[k]); });
+    this.noise = channels.map(({ unit }) => 1e-9 * most[unit]);
+  }
   at(ref, t) {
     if (typeof ref !== "string") return ref;
     const k = +ref.slice(1), v = valueAt(this.scene.time, this.scene.channels[k].values, t);
-    return Math.abs(v) < 1e-9 * this.largest[k] ? 0 : v; // rounding noise
+    return Math.abs(v) < this.noise[k] ? 0 : v;
   }
   // at the instant that is drawn
   value(ref) { return this.at(ref, this.t); }
@@ -93,6 +100,7 @@ class Machine {
     this.scenes.forEach((scene) => (scene.places = drawn.extents(scene.shapes)));
     if (like) {
       Object.assign(this, { box: [...like.box], size: like.size, deep: like.deep, follow: like.follow, largestPose: like.largestPose, largest: [...like.largest] });
+      this.hush();
       return;
     }
     const box = [Infinity, Infinity, -Infinity, -Infinity], poses = [0, 0];

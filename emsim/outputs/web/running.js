@@ -178,6 +178,7 @@ class Running {
   grow(machine) {
     // arrows are as long as they are of the largest so far
     machine.scene.channels.forEach(({ values }, k) => { machine.largest[k] = Math.max(machine.largest[k], Math.abs(values[values.length - 1])); });
+    machine.hush();
     if (machine.follow || machine.moved) return;
     const [a, b, c, d] = machine.boxAt(this.t), { box } = machine;
     if (!(a < box[0] || b < box[1] || c > box[2] || d > box[3]) || !Number.isFinite(a + b + c + d)) return;
