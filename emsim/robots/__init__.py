@@ -1,0 +1,28 @@
+"""Robots that other programs describe, URDF and MJCF, as decks: read into links and joints (model.py), written as cards
+(deck.py)."""
+
+from __future__ import annotations
+
+from ..diagnostics import DeckError, Diagnostic, Sink
+from ..source import load
+from . import deck, mjcf, urdf, xml
+from .urdf import Options
+
+__all__ = ["Options", "imported"]
+
+READERS = {"robot": urdf.read, "mujoco": mjcf.read}
+
+
+def imported(path: str, options: Options, sink: Sink) -> str:
+    """The deck of a URDF or MJCF file. Warnings go to the sink. Raises DeckError for what is wrong in the file or cannot be said,
+    OSError and ValueError where it cannot be read."""
+    root = xml.parse(load(path))
+    reader = READERS.get(root.tag)
+    if reader is None:
+        said = f"{path} holds <{root.tag}>: neither <robot> (URDF) nor <mujoco> (MJCF)"
+        raise DeckError(Diagnostic("error", "E530", said, root.span))
+    robot = reader(root, options, sink)
+    sink.raise_if_errors()
+    text = deck.write(robot, sink)
+    sink.raise_if_errors()
+    return text
