@@ -23,7 +23,7 @@ from .xml import parse
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from ..diagnostics import Sink
+    from ..diagnostics import Sink, Span
     from .mjcf_words import Filled
     from .urdf import Options
     from .xml import Element
@@ -197,9 +197,8 @@ class _Reader:
         }
         self.inertial: dict[Link, Mass] = {}
         self.geoms: dict[Link, list[Geom]] = {}
-        self.touching: list[
-            tuple[str, Link, int, int]
-        ] = []  # geoms that may touch: name, link, contype, conaffinity
+        # geoms that may touch: what messages call them, link, contype, conaffinity, where they stand
+        self.touching: list[tuple[str, Link, int, int, Span]] = []
 
     def robot(self) -> Robot:
         world = Link("world", self.root.span)
@@ -408,7 +407,7 @@ class _Reader:
         name = self._name("geom", e, e, f"a {kind} of {link.name}")
         touch = [int(e.number(key, self.sink, 1.0)) for key in ("contype", "conaffinity")]
         if any(touch):
-            self.touching.append((name, link, touch[0], touch[1]))
+            self.touching.append((name, link, touch[0], touch[1], e.span))
         size = " ".join(e.get(key) for key in ("mesh", "size", "fromto") if e.has(key))
         link.shapes.append(" ".join(f"geom {e.get('name')} {kind} {size}".split()))
         if link.parent is not None and kind not in ("plane", "hfield"):
@@ -460,8 +459,8 @@ class _Reader:
         }
         if self.rules.off & {"contact", "constraint"}:
             return
-        for k, (one, a, type_a, affine_a) in enumerate(self.touching):
-            for other, b, type_b, affine_b in self.touching[:k]:
+        for k, (one, a, type_a, affine_a, place) in enumerate(self.touching):
+            for other, b, type_b, affine_b, _ in self.touching[:k]:
                 near, far = a.carrier, b.carrier
                 if near is far or not (type_a & affine_b or type_b & affine_a):
                     continue
@@ -474,7 +473,7 @@ class _Reader:
                     continue
                 said = f"{other} and {one} could touch in MuJoCo; here they pass through each other"
                 hint = "what touches is a CONTACT in the deck, or of a joint a STOP"
-                self.sink.warning("W530", said, self.root.span, hint)
+                self.sink.warning("W530", said, place, hint)
                 return
 
     def _unused(self) -> None:

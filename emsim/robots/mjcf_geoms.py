@@ -59,6 +59,9 @@ class Scale:
         if found is None:
             return None
         solid, place = found
+        if not solid.m:
+            sink.error("E533", "size of <geom> leaves no volume", e.place("size"))
+            return None
         return solid.times(mass / solid.m if mass >= 0.0 else density).placed(place)
 
     def _solid(self, geom: Geom) -> tuple[Mass, Pose] | None:

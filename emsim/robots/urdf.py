@@ -80,17 +80,12 @@ class _Reader:
         self.by_name: dict[str, Joint] = {}
 
     def robot(self) -> Robot:
-        WORDS["robot"].check(self.root, self.sink)
-        if "xmlns:xacro" in self.root.file.text and any(
-            c.tag.startswith("xacro:") for c in self.root.children
-        ):
-            self.sink.error(
-                "E530",
-                f"{self.root.file.name} is a macro file (xacro), not yet a robot",
-                self.root.span,
-                "expand it first: xacro robot.urdf.xacro > robot.urdf",
-            )
+        if any(child.tag.startswith("xacro:") for child in self.root.children):
+            said = f"{self.root.file.name} is a macro file (xacro), not yet a robot"
+            hint = "expand it first: xacro robot.urdf.xacro > robot.urdf"
+            self.sink.error("E530", said, self.root.span, hint)
             return self.found
+        WORDS["robot"].check(self.root, self.sink)
         below, base = self._tree()
         if base is None:
             return self.found

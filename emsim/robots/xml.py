@@ -6,7 +6,6 @@ message shows the line. Numbers are read here, so that what is no number is told
 
 from __future__ import annotations
 
-import math
 from xml.parsers import expat
 
 from ..diagnostics import DeckError, Diagnostic, suggest
@@ -73,7 +72,10 @@ class Element:
         found = [number_of(word) for word in words]
         wrong = next((word for word, value in zip(words, found, strict=True) if value is None), None)
         if wrong is not None:
-            sink.error("E533", f"{key} of <{self.tag}> is {wrong!r}, which is no number", self.place(key))
+            said = f"{key} of <{self.tag}> is {wrong!r}, which is no number"
+            sink.error("E533", said, self.place(key), "numbers are finite, and below 1e30 in SI units")
+        elif not words and [*default] and count is None:
+            sink.error("E533", f"{key} of <{self.tag}> is empty", self.place(key))
         elif count is not None and len(words) != count:
             many = f"{count} number" + "s" * (count > 1)
             sink.error("E533", f"{key} of <{self.tag}> takes {many}, not {len(words)}", self.place(key))
@@ -101,12 +103,12 @@ class Element:
 
 
 def number_of(word: str) -> float | None:
-    """A finite number, or None."""
+    """A number, or None. What is above 1e30 in SI units is a slip: its squares and cubes would not be numbers for long."""
     try:
         value = float(word)
     except ValueError:
         return None
-    return value if math.isfinite(value) and "_" not in word else None
+    return value if abs(value) < 1e30 and "_" not in word else None
 
 
 def parse(file: SourceFile) -> Element:
