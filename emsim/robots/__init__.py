@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+from ..cards import magic
 from ..diagnostics import DeckError, Diagnostic, Sink
 from ..source import load
-from . import deck, mjcf, urdf, xml
+from . import deck, mjcf, tir, urdf, xml
 from .urdf import Options
 
 __all__ = ["Options", "imported"]
@@ -14,9 +15,14 @@ READERS = {"robot": urdf.read, "mujoco": mjcf.read}
 
 
 def imported(path: str, options: Options, sink: Sink) -> str:
-    """The deck of a URDF or MJCF file. Warnings go to the sink. Raises DeckError for what is wrong in the file or cannot be said,
-    OSError and ValueError where it cannot be read."""
-    root = xml.parse(load(path))
+    """The deck of a URDF or MJCF file, the .model of a .tir file. Warnings go to the sink. Raises DeckError for what is wrong in
+    the file or cannot be said, OSError and ValueError where it cannot be read."""
+    file = load(path)
+    if path.lower().endswith(".tir"):
+        text = tir.model(file, magic.KEYS, sink)
+        sink.raise_if_errors()
+        return text
+    root = xml.parse(file)
     reader = READERS.get(root.tag)
     if reader is None:
         said = f"{path} holds <{root.tag}>: neither <robot> (URDF) nor <mujoco> (MJCF)"

@@ -445,3 +445,59 @@ def test_an_open_mesh_encloses_nothing(tmp_path):
     shape = '<collision><geometry><mesh filename="package://r/open.stl"/></geometry></collision>'
     said = told(tmp_path, urdf(link("base"), link("arm", shape), ARM[2]), density=1000.0)
     assert said[0] == "E537" and "not closed" in said[1]
+
+
+# ---- tyre property files ------------------------------------------------------------------------------
+
+TIR = """[MDI_HEADER]
+FILE_TYPE = 'tir'
+[UNITS]
+LENGTH = 'meter'
+ANGLE = 'radians'
+[MODEL]
+PROPERTY_FILE_FORMAT = 'PAC2002'
+[DIMENSION]
+UNLOADED_RADIUS = 0.313  $ free radius
+[SHAPE]
+{radial width}
+1.0 0.0
+[VERTICAL]
+FNOMIN = 4000
+[LONGITUDINAL_COEFFICIENTS]
+PCX1 = 1.685
+! a comment = 3
+PDX1 = 1.21
+PDX3 = 0
+[LATERAL_COEFFICIENTS]
+PDY3 = -11.23
+"""
+
+
+def tir(tmp_path, text: str) -> str:
+    path = tmp_path / "summer-205.tir"
+    path.write_text(text)
+    return robots.imported(str(path), robots.Options(), Sink())
+
+
+def test_a_tyre_property_file_is_a_model(tmp_path):
+    text = tir(tmp_path, TIR)
+    assert ".model summer_205 tyre r0=0.313 fnomin=4000 pcx1=1.685 pdx1=1.21" in text
+    assert "PDY3" in text and "FILE_TYPE" not in text
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "words"),
+    [
+        ("'meter'", "'mm'", "E532", "unit of length is 'mm'"),
+        ("'PAC2002'", "'MF61'", "E532", "another formula"),
+        ("FILE_TYPE = 'tir'", "FITTYP = 61", "E532", "another formula"),
+        ("1.21", "1,21", "E533", "no number"),
+        ("FNOMIN = 4000", "", "E530", "no FNOMIN"),
+        ("PDX3 = 0", "PDX1 = 1.3", "E534", "given twice"),
+    ],
+)
+def test_a_wrong_tyre_property_file_is_told(tmp_path, old, new, code, words):
+    with pytest.raises(DeckError) as caught:
+        tir(tmp_path, TIR.replace(old, new))
+    first = caught.value.diagnostics[0]
+    assert first.code == code and words in first.message and first.span is not None
