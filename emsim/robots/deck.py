@@ -170,10 +170,17 @@ class _Writer:
                 there = before
             self._joint(joint, there, here, link)
             before = part
-        if link.lifted and mass.m:
-            force = -link.lifted * mass.m * np.array(self.robot.gravity)
-            parts = " ".join(f"f{a}={number(f)}" for a, f in zip("xyz", force, strict=True) if f)
-            self.add(f"FORCE {self.names.give(name + '_lift', 'force')} {name}.com {parts}")
+        for other in (o for o in self.robot.links if o.carrier is link and o.lifted):
+            self._lift(other)
+
+    def _lift(self, link: Link) -> None:
+        """What carries a share of a link's weight, at its centre of mass."""
+        mass, pose = together(link.masses), self.poses[link]
+        force = -link.lifted * mass.m * np.array(self.robot.gravity)
+        parts = " ".join(f"f{a}={number(f)}" for a, f in zip("xyz", force, strict=True) if f)
+        if parts:
+            name = self.names.give(f"{link.name}_lift", "force")
+            self.add(f"FORCE {name} {self._at(link, pose.p + pose.r @ mass.centre)} {parts}")
 
     def _inertia(self, mass: Mass) -> str:
         found = f" m={number(mass.m)}"
@@ -189,7 +196,7 @@ class _Writer:
         axis = pose.r @ joint.axis
         if joint.note or joint.name != name:
             self.comment(f"joint {joint.name}{': ' + joint.note if joint.note else ''}")
-        card = f"JOINT {name} {GROUND if joint.kind == 'free' else there} {here} {joint.kind}"
+        card = f"JOINT {name} {self._below(link) if joint.kind == 'free' else there} {here} {joint.kind}"
         if joint.is_scalar:
             card += f" axis={vector(axis)}"
             if joint.ref:
@@ -211,6 +218,15 @@ class _Writer:
         if joint.armature:
             self._armature(joint, axis if joint.turns else np.array([0.0, 0.0, 1.0]))
 
+    def _below(self, link: Link) -> str:
+        """The body that a link hangs on."""
+        carrier = None if link.parent is None else link.parent.carrier
+        return GROUND if carrier is None else self.bodies[carrier]
+
+    def _origin_below(self, link: Link) -> Array:
+        carrier = None if link.parent is None else link.parent.carrier
+        return np.zeros(3) if carrier is None else self.poses[carrier].p
+
     def _armature(self, joint: Joint, axis: Array) -> None:
         """A rotor on the ground, one to one with the joint (of a slide at a lever of 1 m): its energy is j qd^2/2, no more."""
         name = self.joint_names[joint]
@@ -227,7 +243,7 @@ class _Writer:
         pose = self.poses[link]
         values = joint.start
         if joint.kind == "free":
-            position, turned = pose.p, geometry.UNIT
+            position, turned = pose.p - self._origin_below(link), geometry.UNIT
             if values is not None:
                 position, turned = np.array(values[:3]), geometry.by_quaternion(values[3:]) @ pose.r.T
             start = [*position, *geometry.rotation_vector(turned)]

@@ -120,6 +120,8 @@ class Classes:
         self.found: dict[str, dict[str, dict[str, Element]]] = {MAIN: {}}
         for element in root.all("default"):
             self._read(element, MAIN, MAIN)
+            # the outermost class may have a name of its own
+            self.found.setdefault(element.get("class") or MAIN, self.found[MAIN])
 
     def _read(self, element: Element, name: str, above: str) -> None:
         if above != name or name not in self.found:

@@ -166,7 +166,6 @@ class Robot:
         self.springs: list[Between] = []
         self.notes: list[str] = []  # what the deck cannot use
         self.remarks: list[str] = []  # what the reader of the deck should know
-        self.step = 0.0  # the file's own time step, if it says one
 
     def joints(self) -> Iterator[Joint]:
         return (joint for link in self.links for joint in link.joints)

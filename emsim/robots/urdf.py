@@ -180,7 +180,11 @@ class _Reader:
         self.found.links.append(link)
         if joint is not None:
             self._joint(joint, link)
-        elif self.options.free:
+        elif not self.options.free:
+            self.found.remarks.append(
+                f"The base, {link.name}, is fixed to the ground; emsim import --free lets it go."
+            )
+        else:
             link.joints = [Joint(f"{link.name}_free", "free", element.span)]
         inertial = element.one("inertial")
         if inertial is not None:

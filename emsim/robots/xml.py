@@ -39,7 +39,7 @@ class Element:
         while at < len(text) and text[at] not in ">":
             equal = text.find("=", at)
             quotes = [k for k in (text.find('"', equal), text.find("'", equal)) if k >= 0]
-            if equal < 0 or not quotes:
+            if equal < 0 or not quotes or ">" in text[at:equal]:
                 break
             first = min(quotes)
             last = text.find(text[first], first + 1)

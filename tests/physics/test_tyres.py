@@ -122,6 +122,35 @@ def test_steady_cornering_has_the_understeer_gradient(v):
         )
 
 
+def test_modes_at_speed():
+    """Sway, yaw and two relaxing slips of the single track, against the eigenvalues of its matrix."""
+    v, sigma, d1 = 20.0, 0.4, 0.6
+    k1, k2 = 8 * 1.3 * d1 * FRONT / sigma, 8 * 1.3 * 0.9 * REAR / sigma
+    matrix = [
+        [0, -v, -k1 / M, -k2 / M],
+        [0, 0, -A * k1 / IZ, B * k2 / IZ],
+        [1, A, -v / sigma, 0],
+        [1, -B, 0, -v / sigma],
+    ]
+    text = f"""modes
+.gravity 0
+BODY car m={M} j={IZ} vx={v}
+TYRE front car({A},0) 0 fz={FRONT!r} b=8 c=1.3 d={d1} e=-1 sigma={sigma}
+TYRE rear car(-{B},0) 0 fz={REAR!r} b=8 c=1.3 d=0.9 e=-1 sigma={sigma}
+.modes
+.end
+"""
+    got = emsim.run(text).table("modes")
+    found = sorted(
+        (float(r), float(f)) for r, f in zip(got["rate"], got["frequency"], strict=True) if r > 1e-6
+    )
+    wanted = [z for z in np.linalg.eigvals(np.array(matrix)) if z.imag >= 0.0]  # a pair is one mode
+    assert len(wanted) == 2
+    for (rate, frequency), z in zip(found, sorted(wanted, key=lambda z: -z.real), strict=True):
+        assert rate == pytest.approx(-z.real, rel=1e-6)
+        assert 2 * math.pi * frequency == pytest.approx(z.imag, rel=1e-6)
+
+
 def braking(torque: float) -> str:
     return f"""braking
 BODY car m=400 vx=30

@@ -285,6 +285,25 @@ def test_the_base_may_be_free(tmp_path):
     assert r["z(base_free)"][-1] == pytest.approx(-0.5 * 9.81 * 0.01, rel=1e-9)
 
 
+def test_a_link_may_be_free_beside_a_moving_one(tmp_path):
+    inside = '<origin xyz="0 0 2" rpy="1 0 0"/>'
+    text = urdf(*ARM, link("drone"), joint("arm", "drone", inside, "floating", "float"))
+    found = cards(deck(tmp_path, text.replace('"hinge"', '"hinge"', 1)))
+    assert "JOINT float arm drone free ic=(0,0,2,0,0,0)" in found
+    r = emsim.run(deck(tmp_path, text).replace(".tran 1m 1", ".tran 10m 0.1"))
+    assert r["z(float)"][-1] == pytest.approx(2 - 0.5 * 9.81 * 0.01, rel=1e-6)
+
+
+def test_options_of_the_other_format_are_refused(tmp_path):
+    assert told(tmp_path, urdf(*ARM), key="up")[0] == "E532"
+    assert told(tmp_path, mjcf(""), density=1.0)[0] == "E532"
+
+
+def test_the_outermost_class_may_have_a_name(tmp_path):
+    more = '<default class="robot"><joint damping="0.1"/></default>'
+    assert "damp=0.1" in deck(tmp_path, mjcf("", more, '<joint name="h" class="robot" axis="0 1 0"/>'))
+
+
 def test_masses_by_density(tmp_path):
     shape = '<collision><origin xyz="0 0 1"/><geometry><box size="0.1 0.2 0.3"/></geometry></collision>'
     found = cards(deck(tmp_path, urdf(link("base"), link("arm", shape), ARM[2]), density=1000.0))
