@@ -123,7 +123,9 @@ class Tyre(Card):
             sink.error("E230", said, self.span, f"the form is: {self.spec.form}")
 
     def leaves_plane(self) -> bool:
-        return any((*self.along, 0.0)[2:3]) or any(self.normal[:2])
+        """Not where the plane is the road, nor where it is seen from the side."""
+        z = (*self.along, 0.0)[2] or (self.normal[2] if any(self.normal[:2]) else 0.0)
+        return bool(z)
 
     # coefficients -------------------------------------------------------------------------------------
 
@@ -171,6 +173,10 @@ class Tyre(Card):
 
     def prepare(self, s: Scene) -> None:
         self.efforts: list[Expr] = []
+        self.flows: list[Expr] = []
+        self.rows: list[int | None] = []
+        self.lengths: list[Scalar] = []
+        self.law: magic.Law | None = None
         law = self._law(s)
         n = s.body_of(self, "q").direction(unit(self.normal))
         a = cross(n, s.body_of(self, "p").direction(unit(self.along)))
@@ -179,7 +185,7 @@ class Tyre(Card):
                 said = f"the heading along= of TYRE {self.name} stands upright on the road"
                 s.sink.error("E232", said, self.place("along"), "normal= is the normal of the road")
             return
-        if self.leaves_plane() or s.in_space:
+        if s.in_space:
             a = scale(1.0 / s.b.call("sqrt", s.b.const(0.0) + dot(a, a)), a)
         heading = cross(a, n)
         away = subtract(self.p.pos, self.q.pos)
@@ -188,33 +194,45 @@ class Tyre(Card):
         ahead, side = zero + dot(v, heading), zero + dot(v, a)
         along = zero if self.spin is None else ahead - (self.r or 0.0) * self.spin.u
         self.flows = [along, side]
+        # how far it is bent: nothing where it rolls freely, or cannot go sideways
+        self.rows = [
+            None if flow.value == 0.0 else s.b.unknown(f"{self.name}#{word}", "coordinate", "m", 0.0)
+            for word, flow in zip("uy", self.flows, strict=True)
+        ]
+        self.ahead, self.law = ahead, law
+
+    def _made(self, s: Scene) -> list[Expr]:
+        """Forces along and across; the load may be what a CONTACT carries, which cards do not know while they prepare."""
+        if self.law is None or self.efforts:
+            return self.efforts
         load = s.compile(self.fz, self.place("fz"))
         self.load = load if load.value is not None else s.maximum(load, 0.0)
-        self._bend(s, law, ahead)
-
-    def _bend(self, s: Scene, law: magic.Law, ahead: Expr) -> None:
-        """The states u and y, and the forces that they make."""
         if self.sigma is not None:
-            lengths: list[Scalar] = [*self.sigma]
+            self.lengths = [*self.sigma]
         else:
-            assert isinstance(law, magic.Fitted)
-            lengths = [s.maximum(x, self.shortest * law.radius) for x in law.lengths(s, self.load)]
-        slips: list[Expr] = []
-        for word, flow, length in zip("uy", self.flows, lengths, strict=True):
-            if word == "u" and self.spin is None:
-                slips.append(s.b.const(0.0))
-                continue
-            row = s.b.unknown(f"{self.name}#{word}", "coordinate", "m", 0.0)
-            bent = s.b.x(row)
-            s.add_q(row, bent)
-            s.add_f(row, s.public(s.abs(ahead) / length * bent - flow))
-            slips.append((-bent if word == "u" else bent) / length)
-        along, across = law.forces(s, slips[0], slips[1], self.load)
-        self.efforts = [s.b.const(0.0) if self.spin is None else along, across]
+            assert isinstance(self.law, magic.Fitted)
+            shortest = self.shortest * self.law.radius
+            self.lengths = [s.maximum(x, shortest) for x in self.law.lengths(s, self.load)]
+        zero = s.b.const(0.0)
+        u, y = (
+            zero if row is None else s.b.x(row) / length
+            for row, length in zip(self.rows, self.lengths, strict=True)
+        )
+        found = self.law.forces(s, -u, y, self.load)
+        self.efforts = [zero if row is None else f for row, f in zip(self.rows, found, strict=True)]
+        return self.efforts
+
+    def stamp(self, s: Scene) -> None:
+        self._made(s)
+        for row, flow, length in zip(self.rows, self.flows, self.lengths, strict=True):
+            if row is not None:
+                bent = s.b.x(row)
+                s.add_q(row, bent)
+                s.add_f(row, s.public(s.abs(self.ahead) / length * bent - flow))
 
     def powers(self, s: Scene) -> Powers:
-        pairs: Powers = list(zip(self.efforts, self.flows, strict=True)) if self.efforts else []
-        return pairs if self.spin is not None else pairs[1:]
+        pairs = zip(self._made(s), self.flows, strict=True)
+        return [(f, v) for f, v in pairs if v.value != 0.0]
 
     def losses(self, s: Scene) -> Scalar | None:
         """What the slips take, and what the bent tyre holds for a while."""
@@ -222,8 +240,9 @@ class Tyre(Card):
 
     def probes(self, s: Scene) -> Probes:
         """force: the load; friction: along, across to the left, and both; slip: speeds over the road."""
+        efforts = self._made(s)
         found: Probes = {"force": self.load}
-        for word, parts in (("friction", self.efforts), ("slip", self.flows)):
+        for word, parts in (("friction", efforts), ("slip", self.flows)):
             found.update({f"{word},{k + 1}": part for k, part in enumerate(parts)})
             found[word] = s.b.call("hypot", *parts)
         found["power"] = sum((f * v for f, v in self.powers(s)), s.b.const(0.0))

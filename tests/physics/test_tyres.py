@@ -193,6 +193,29 @@ def test_a_wheel_in_space_brakes_as_one_beside_the_picture(formulation):
         assert float(solid[name][-1]) == pytest.approx(float(flat[name][-1]), rel=1e-6)
 
 
+def test_seen_from_the_side_its_load_is_that_of_a_contact():
+    """A car that stands on its wheel's rim, and brakes as one of given load."""
+    flat = run(braking(600.0), "reltol=1e-8", tran="0.1 2")
+    text = """side
+.gravity 10
+BODY frame m=0 j=0
+BODY car m=400 j=1
+JOINT road 0 frame slide axis=(1,0) ic=(0,30)
+JOINT lift frame car slide axis=(0,1) ic=0.3
+BODY wheel m=0 j=1e-3
+JOINT spin car wheel pin ic=(0,-100)
+CONTACT c car 0 line=(0,1) r=0.3
+TYRE t car(0,-0.3) 0 spin r=-0.3 fz={force(c)} normal=(0,1,0) b=10 c=1.6 d=1 e=0.2 sigma=0.2
+TORQUE brake spin tau={-600*tanh(omega(spin))}
+.tran 0.1 2
+.end
+"""
+    got = run(text, "reltol=1e-8")
+    assert float(got["force(c)"][-1]) == pytest.approx(4000.0, rel=1e-9)
+    assert float(got["pos(road)"][-1]) == pytest.approx(float(flat["pos(road)"][-1]), rel=1e-6)
+    assert float(got["vel(road)"][-1]) == pytest.approx(float(flat["vel(road)"][-1]), rel=1e-6)
+
+
 def test_a_wheel_that_lifts_off_pushes_nothing():
     """fz= as an expression that falls below 0: the coefficients too have values at no load."""
     text = f"""lifts off
