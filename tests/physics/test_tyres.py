@@ -16,7 +16,7 @@ import emsim
 MODEL = ".model t205 tyre " + " ".join(f"{k}={v}" for k, v in TABLE.items())
 
 
-def rig(law: str, kappa: float, tan_alpha: float, fz: float) -> tuple[float, float]:
+def rig(law: str, kappa: float, tan_alpha: float, fz: float, end: float = 0.4) -> tuple[float, float]:
     """Fx, Fy of a wheel drawn over the road at 20 m/s, after many relaxation lengths, with both slips held."""
     v, r = 20.0, 0.3
     text = f"""rig
@@ -28,7 +28,7 @@ DRIVE w spin q={{{v * (1 + kappa) / r!r}*time}}
 DRIVE x rail q={{{v}*time}}
 TYRE  t hub 0 spin r={r} fz={fz!r} {law}
 {MODEL}
-.tran 10m 0.4
+.tran 10m {end}
 .save all friction(t,1) friction(t,2)
 .end
 """
@@ -59,6 +59,35 @@ def test_letters(kappa, t):
     got = rig("b=(10,8) c=(1.6,1.3) d=(1,0.9) e=(0.2,-1) sigma=(0.2,0.3)", kappa, t, 4000.0)
     wanted = plain((10, 8), (1.6, 1.3), (1, 0.9), (0.2, -1), kappa, t, 4000.0)
     assert got == pytest.approx(wanted, rel=1e-7, abs=1e-4)
+
+
+# what a scale factor is the same as: coefficients times it
+SCALED = {
+    "lfzo": "fnomin", "lcx": "pcx1", "lmux": "pdx1 pdx2 pvx1 pvx2", "lex": "pex1 pex2 pex3", "lkx": "pkx1 pkx2",
+    "lhx": "phx1 phx2", "lvx": "pvx1 pvx2", "lxal": "rbx1", "lcy": "pcy1", "lmuy": "pdy1 pdy2 pvy1 pvy2", "ley": "pey1 pey2", "lky": "pky1",
+    "lhy": "phy1 phy2", "lvy": "pvy1 pvy2", "lyka": "rby1", "lvyka": "rvy1 rvy2",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("scale", SCALED)
+def test_scale_factors(scale):
+    table = {**TABLE, "pvx1": 0.02, "pex4": 0.1}
+    scaled = {k: 0.8 * v if k in SCALED[scale].split() else v for k, v in table.items()}
+    law = " ".join(f"{k}={v}" for k, v in table.items())
+    got = rig(f"{law} {scale}=0.8 sigma=0.2", -0.07, 0.06, 5000.0)
+    assert got == pytest.approx(fitted(scaled, -0.07, math.atan(0.06), 5000.0), rel=1e-7, abs=1e-4)
+
+
+def test_relaxation_lengths_of_coefficients():
+    """Behind a way x of constant slip the tyre shows 1 - exp(-x/sigma) of it."""
+    fz, r0, end = 5000.0, 0.313, 0.02
+    df = fz / 4000 - 1
+    along = fz * (2.3 - 0.4 * df) * math.exp(0.2 * df) * r0 / 4000 * 0.9
+    across = 2.1 * math.sin(2 * math.atan(fz / (1.7 * 4000))) * r0 * 0.7
+    law = "model=t205 ptx1=2.3 ptx2=-0.4 ptx3=0.2 pty1=2.1 pty2=1.7 lsgkp=0.9 lsgal=0.7"
+    got = rig(law, 0.1, 0.08, fz, end)
+    kappa, t = 0.1 * (1 - math.exp(-20 * end / along)), 0.08 * (1 - math.exp(-20 * end / across))
+    assert got == pytest.approx(fitted(TABLE, kappa, math.atan(t), fz), rel=1e-6)
 
 
 def test_the_slope_is_bcd_and_the_peak_d():
