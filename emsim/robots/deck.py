@@ -8,13 +8,13 @@ it. What is fixed to a body is one with it and leaves its origin as a POINT.
 from __future__ import annotations
 
 import re
-from math import floor, inf, log10
+from math import floor, inf, log10, pi
 from sys import float_info
 
 import numpy as np
 
 from . import geometry
-from .geometry import Mass, together
+from .geometry import Mass, Pose, together
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from ..diagnostics import Sink
     from .geometry import Array
-    from .model import Actuator, Joint, Link, Loop, Robot, Tie
+    from .model import Actuator, Joint, Link, Loop, Robot, Solid, Tie
 
 GROUND = "0"
 # what rotations leave of numbers that are 0: products of three cosines and sines in sums of three, each rounded
@@ -82,6 +82,7 @@ class _Writer:
             if link.joints:
                 self._body(link)
         self._points()
+        self._looks()
         for tie in robot.ties:
             self._tie(tie)
         for loop in robot.loops:
@@ -155,7 +156,7 @@ class _Writer:
             for shape in other.shapes:
                 self.comment(f"  {shape}")
         mass = self.mass_of(link)
-        self.add(f"BODY {name}{self._inertia(mass)}{' look=' + link.look if link.look else ''}")
+        self.add(f"BODY {name}{self._inertia(mass)}")
         # massless parts between several joints
         chain = [self.names.give(f"{name}_{self.joint_names[j]}", "part") for j in link.joints[:-1]] + [name]
         for part in chain[:-1]:
@@ -283,6 +284,25 @@ class _Writer:
         if lines:
             self.add("*", *lines)
 
+    def _looks(self) -> None:
+        """Shapes for pictures: massless bodies, welded on."""
+        for link in self.robot.links:
+            for k, solid in enumerate(link.solids, 1):
+                self._draw(link, solid, self.names.give(f"{link.name}_look{k}", "look"))
+
+    def _draw(self, link: Link, solid: Solid, name: str) -> None:
+        pose, sizes = self.poses[link].then(solid.pose), [2.0 * v for v in solid.sizes]
+        if solid.kind == "rod":  # which begins at its body's origin, along x
+            pose = pose.then(Pose((0.0, 0.0, -solid.sizes[1]), geometry.about((0.0, 1.0, 0.0), -0.5 * pi)))
+            self.add("*", f"BODY {name} m=0 shape=rod({number(sizes[1])},{number(sizes[0])})")
+        else:
+            what = f"plate{_list(sizes)}" if solid.kind == "box" else f"ball({number(solid.sizes[0])})"
+            self.add("*", f"BODY {name} m=0 j=(0,0,0) look={what}")
+        turn = geometry.rotation_vector(pose.r)
+        angle = float(np.linalg.norm(turn))
+        way = f" axis={vector(turn / angle)} zero={number(angle)}" if angle > ROUNDING else ""
+        self.add(f"JOINT {self.names.give(name, 'weld')} {self._at(link, pose.p)} {name} weld{way}")
+
     # what ties and drives -----------------------------------------------------------------------------
 
     def coordinate(self, joint: Joint, speed: bool = False) -> str:
@@ -358,6 +378,10 @@ class _Writer:
         about = mass.tensor if joint.kind == "free" else moment
         values = np.linalg.eigvalsh(about)
         return bool(values[0] > ROUNDING * values[2]) and (joint.kind == "ball" or mass.m > 0.0)
+
+
+def _list(values: Sequence[float]) -> str:
+    return "(" + ",".join(map(number, values)) + ")"
 
 
 def _sum(terms: Sequence[str]) -> str:

@@ -290,6 +290,9 @@ class _Reader:
                     [m for geom in self.geoms.get(link, []) if (m := scale.weigh(geom)) is not None]
                 )
             link.masses = [self._bounded(mass or Mass())]
+            if self.options.looks:
+                drawn = [scale.drawn(geom) for geom in self.geoms.get(link, [])]
+                link.solids = [solid for solid in drawn if solid is not None]
         if rules.total > 0.0:
             moving = [link for link in self.found.links[1:] if link.masses]
             total = sum(link.masses[0].m for link in moving)

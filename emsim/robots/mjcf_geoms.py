@@ -8,6 +8,7 @@ import numpy as np
 
 from . import geometry, meshes
 from .geometry import Mass, Pose
+from .model import Solid
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,6 +23,9 @@ SOLIDS: dict[str, tuple[int, Callable[..., Mass]]] = {
     "sphere": (1, lambda r: geometry.ellipsoid(r, r, r)), "capsule": (2, geometry.capsule),
     "cylinder": (2, geometry.cylinder), "ellipsoid": (3, geometry.ellipsoid), "box": (3, geometry.box),
 }  # fmt: skip
+
+
+DRAWN = {"sphere": "ball", "capsule": "rod", "cylinder": "rod", "box": "box"}
 
 
 class Geom:
@@ -66,11 +70,24 @@ class Scale:
 
     def _solid(self, geom: Geom) -> tuple[Mass, Pose] | None:
         """Of density 1, and where it is in the body."""
-        e, sink, kind, place = geom.element, self.sink, geom.kind, geom.place
-        if kind not in SOLIDS:
-            sink.error("E532", f"<geom> of type {kind!r} is not imported", e.place("type"))
+        if geom.kind not in SOLIDS:
+            said = f"<geom> of type {geom.kind!r} is not imported"
+            self.sink.error("E532", said, geom.element.place("type"))
             return None
-        needed, make = SOLIDS[kind]
+        found = self._sizes(geom)
+        return None if found is None else (SOLIDS[geom.kind][1](*found[0]), found[1])
+
+    def drawn(self, geom: Geom) -> Solid | None:
+        """None of what no card draws, and of what MuJoCo does not show at first: groups above 2."""
+        if geom.kind not in DRAWN or geom.element.has("mesh") or geom.element.number("group", self.sink) > 2:
+            return None
+        found = self._sizes(geom)
+        return None if found is None else Solid(DRAWN[geom.kind], *found)
+
+    def _sizes(self, geom: Geom) -> tuple[list[float], Pose] | None:
+        """As many as its kind has, and where fromto= or pos= put it in the body; None after an error."""
+        e, sink, kind, place = geom.element, self.sink, geom.kind, geom.place
+        needed = SOLIDS[kind][0]
         size = e.numbers("size", sink)
         if e.has("fromto"):
             ends = np.array(e.numbers("fromto", sink, (), 6))
@@ -85,7 +102,7 @@ class Scale:
             said = f"size of a {kind} is {needed} number{'s' * (needed > 1)} above 0"
             sink.error("E533", said, e.place("size"))
             return None
-        return make(*size[:needed]), place
+        return size[:needed], place
 
     def _mesh(self, geom: Geom) -> tuple[Mass, Pose] | None:
         e, sink, name = geom.element, self.sink, geom.element.get("mesh")

@@ -14,7 +14,7 @@ from .geometry import Mass, Pose
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from ..diagnostics import Span
     from .geometry import Array
@@ -52,14 +52,22 @@ class Joint:
         return self.kind in ("pin", "slide")
 
 
+class Solid:
+    """What is drawn: a box of half sizes, a ball of a radius, a rod along z of radius and half length."""
+
+    __slots__ = ("kind", "pose", "sizes")
+
+    def __init__(self, kind: str, sizes: Sequence[float], pose: Pose) -> None:
+        self.kind, self.sizes, self.pose = kind, [*sizes], pose
+
+
 class Link:
     """`pose` in the frame of its parent, in the configuration in which all joints are at their `ref`. `masses`, `points` (by
-    name) and `shapes` (in words) in its own axes."""
+    name), `shapes` (in words) and `solids` (to be drawn) in its own axes."""
 
     __slots__ = (
         "joints",
         "lifted",
-        "look",
         "masses",
         "name",
         "note",
@@ -67,6 +75,7 @@ class Link:
         "points",
         "pose",
         "shapes",
+        "solids",
         "span",
     )
 
@@ -77,7 +86,7 @@ class Link:
         self.masses: list[Mass] = []
         self.points: list[tuple[str, Array]] = []
         self.shapes: list[str] = []
-        self.look = ""  # what BODY's look= says, where a shape lies as that wants it
+        self.solids: list[Solid] = []
         self.lifted = 0.0  # share of its weight that something carries
         self.note = ""
 

@@ -14,7 +14,7 @@ import numpy as np
 from ..diagnostics import suggest
 from . import geometry, meshes
 from .geometry import Mass, Pose, about
-from .model import Actuator, Joint, Link, Robot, Tie
+from .model import Actuator, Joint, Link, Robot, Solid, Tie
 from .xml import Words
 
 TYPE_CHECKING = False
@@ -57,12 +57,15 @@ KINDS = {
 
 
 class Options:
-    """`free`: the root link is on no joint. `density` [kg/m^3]: of links without <inertial>, by their collision shapes."""
+    """`free`: the root link is on no joint. `density` [kg/m^3]: of links without <inertial>, by their collision shapes.
+    `key`: the keyframe to start at. `looks`: with shapes, for pictures."""
 
-    __slots__ = ("density", "free", "key")
+    __slots__ = ("density", "free", "key", "looks")
 
-    def __init__(self, free: bool = False, density: float | None = None, key: str | None = None) -> None:
-        self.free, self.density, self.key = free, density, key
+    def __init__(
+        self, free: bool = False, density: float | None = None, key: str | None = None, looks: bool = False
+    ) -> None:
+        self.free, self.density, self.key, self.looks = free, density, key, looks
 
 
 def read(root: Element, options: Options, sink: Sink) -> Robot:
@@ -244,19 +247,19 @@ class _Reader:
         at = self._origin(element)
         sizes = " ".join(solid.attributes.values())
         link.shapes.append(f"{kind}: {solid.tag} {sizes}")
-        looks = self._look(solid, at)
-        if looks and not link.look:
-            link.look = looks
+        if kind == "visual" and self.options.looks and (drawn := self._drawn(solid, at)) is not None:
+            link.solids.append(drawn)
         if weigh and self.options.density is not None and (one := self._solid(solid)) is not None:
             link.masses.append(one.times(self.options.density).placed(at))
 
-    def _look(self, solid: Element, at: Pose) -> str:
-        """What look= of BODY says of it; "" where it stands otherwise than that wants."""
-        if at.p.any() or not np.array_equal(at.r, geometry.UNIT):
-            return ""
+    def _drawn(self, solid: Element, at: Pose) -> Solid | None:
+        """None of a mesh."""
+        if solid.tag == "box":
+            return Solid("box", [0.5 * v for v in solid.numbers("size", self.sink, (), 3)], at)
+        r, h = solid.number("radius", self.sink), 0.5 * solid.number("length", self.sink)
         if solid.tag == "sphere":
-            return f"ball({solid.number('radius', self.sink):.15g})"
-        return ""
+            return Solid("ball", [r], at)
+        return None if solid.tag == "mesh" else Solid("rod", [r, h], at)
 
     def _solid(self, solid: Element) -> Mass | None:
         """Of density 1."""

@@ -64,7 +64,8 @@ def test_letters(kappa, t):
 # what a scale factor is the same as: coefficients times it
 SCALED = {
     "lfzo": "fnomin", "lcx": "pcx1", "lmux": "pdx1 pdx2 pvx1 pvx2", "lex": "pex1 pex2 pex3", "lkx": "pkx1 pkx2",
-    "lhx": "phx1 phx2", "lvx": "pvx1 pvx2", "lxal": "rbx1", "lcy": "pcy1", "lmuy": "pdy1 pdy2 pvy1 pvy2", "ley": "pey1 pey2", "lky": "pky1",
+    "lhx": "phx1 phx2", "lvx": "pvx1 pvx2", "lxal": "rbx1",
+    "lcy": "pcy1", "lmuy": "pdy1 pdy2 pvy1 pvy2", "ley": "pey1 pey2", "lky": "pky1",
     "lhy": "phy1 phy2", "lvy": "pvy1 pvy2", "lyka": "rby1", "lvyka": "rvy1 rvy2",
 }  # fmt: skip
 

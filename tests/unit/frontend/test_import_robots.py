@@ -294,6 +294,36 @@ def test_a_link_may_be_free_beside_a_moving_one(tmp_path):
     assert r["z(float)"][-1] == pytest.approx(2 - 0.5 * 9.81 * 0.01, rel=1e-6)
 
 
+def test_shapes_for_pictures(tmp_path):
+    """A rod of a deck begins at its body's origin, along x; a cylinder of a file is centred, along z."""
+    shapes = (
+        '<visual><origin xyz="0 0 0.5"/><geometry><cylinder radius="0.1" length="1"/></geometry></visual>'
+        '<visual><origin xyz="1 0 0" rpy="0 0 1"/><geometry><box size="1 2 3"/></geometry></visual>'
+        '<visual><geometry><mesh filename="a.dae"/></geometry></visual>'
+    )
+    text = urdf(link("base"), link("arm", MASSIVE + shapes), ARM[2])
+    found = cards(deck(tmp_path, text, looks=True))
+    assert (
+        "BODY arm_look1 m=0 shape=rod(1,0.2)" in found
+        and "BODY arm_look2 m=0 j=(0,0,0) look=plate(1,2,3)" in found
+    )
+    assert "JOINT arm_look1_weld arm arm_look1 weld axis=(0,-1,0) zero=1.5707963267949" in found
+    assert "JOINT arm_look2_weld arm(1,0,0) arm_look2 weld axis=(0,0,1) zero=1" in found
+    assert not any("look" in card for card in cards(deck(tmp_path, text)))
+    r = emsim.run(deck(tmp_path, text, looks=True).replace(".end", ".save all z(arm_look1(1,0,0))\n.end"))
+    assert r["z(arm_look1(1,0,0))"][0] == pytest.approx(1.0)
+
+
+def test_geoms_for_pictures(tmp_path):
+    more = '<geom type="box" size="1 2 3" group="3"/><geom type="ellipsoid" size="1 2 3"/><geom size="0.3" pos="0 0 1"/>'
+    found = cards(deck(tmp_path, mjcf(more), looks=True))
+    assert [card for card in found if "look" in card and card.startswith("BODY")] == [
+        "BODY b_look1 m=0 shape=rod(0.5,0.04)",
+        "BODY b_look2 m=0 j=(0,0,0) look=ball(0.3)",
+    ]
+    assert "JOINT b_look2_weld b(0,0,1) b_look2 weld" in found
+
+
 def test_options_of_the_other_format_are_refused(tmp_path):
     assert told(tmp_path, urdf(*ARM), key="up")[0] == "E532"
     assert told(tmp_path, mjcf(""), density=1.0)[0] == "E532"
