@@ -67,7 +67,8 @@ def write(robot: Robot, sink: Sink) -> str:
 
 class _Writer:
     def __init__(self, robot: Robot, sink: Sink) -> None:
-        self.robot, self.sink, self.lines = robot, sink, []  # type: Robot, Sink, list[str]
+        self.robot, self.sink = robot, sink
+        self.lines: list[str] = []
         names, nodes = Names(GROUND), Names(GROUND, "gnd")
         self.joint_names = {joint: names.give(joint.name, "joint") for joint in robot.joints()}
         self.bodies = {link: names.give(link.name, "body") for link in robot.links if link.joints}
@@ -260,6 +261,11 @@ class _Writer:
         if not any(start) and not any(speed):
             return ""
         word = "guess" if joint.tied or self.robot.loops else "ic"
+        if any(speed) and self.robot.loops:
+            said = f"joint {joint.name!r} starts with a speed in a model with loops, which all of its speeds would have to keep"
+            self.sink.error(
+                "E532", said, joint.span, "start at rest, or write the speed as ic= of one joint in the deck"
+            )
         numbers = [*start, *speed] if any(speed) and word == "ic" else start
         return f" {word}={number(numbers[0]) if len(numbers) == 1 else '(' + ','.join(map(number, numbers)) + ')'}"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from os.path import dirname, exists, join
+from os.path import abspath, dirname, isfile, join
 
 from ..readers import stl
 from ..source import read_bytes
@@ -24,15 +24,14 @@ def find(name: str, beside: str) -> str:
         return join(beside, name)
     if scheme == "file":
         return rest
-    folder = beside
+    folder = abspath(beside)
     while True:
         for path in (join(folder, rest), join(folder, rest.partition("/")[2])):
-            if exists(path):
+            if isfile(path):
                 return path
-        up = dirname(folder) if folder else ".."
-        if up == folder or folder.endswith(".."):
+        if dirname(folder) == folder:
             return join(beside, rest)
-        folder = up
+        folder = dirname(folder)
 
 
 def triangles(name: str, beside: str, scale: Sequence[float], place: Span, sink: Sink) -> Array | None:

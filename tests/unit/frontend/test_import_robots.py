@@ -294,6 +294,31 @@ def test_a_link_may_be_free_beside_a_moving_one(tmp_path):
     assert r["z(float)"][-1] == pytest.approx(2 - 0.5 * 9.81 * 0.01, rel=1e-6)
 
 
+CUBE = [
+    ((0, 0, 0), (0, 1, 0), (1, 1, 0)), ((0, 0, 0), (1, 1, 0), (1, 0, 0)), ((0, 0, 1), (1, 1, 1), (0, 1, 1)),
+    ((0, 0, 1), (1, 0, 1), (1, 1, 1)), ((0, 0, 0), (1, 0, 0), (1, 0, 1)), ((0, 0, 0), (1, 0, 1), (0, 0, 1)),
+    ((0, 1, 0), (1, 1, 1), (1, 1, 0)), ((0, 1, 0), (0, 1, 1), (1, 1, 1)), ((0, 0, 0), (0, 0, 1), (0, 1, 1)),
+    ((0, 0, 0), (0, 1, 1), (0, 1, 0)), ((1, 0, 0), (1, 1, 0), (1, 1, 1)), ((1, 0, 0), (1, 1, 1), (1, 0, 1)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("inside_out", [False, True])
+def test_a_mesh_of_a_package_weighs_by_density(tmp_path, inside_out):
+    """A cube as text, of 100 mm by its scale, found above the file's folder; corners in either order."""
+    facets = [facet[::-1] if inside_out else facet for facet in CUBE]
+    lines = [f"vertex {x} {y} {z}" for facet in facets for x, y, z in facet]
+    parts = [
+        "facet\nouter loop\n" + "\n".join(lines[k : k + 3]) + "\nendloop\nendfacet" for k in range(0, 36, 3)
+    ]
+    for folder in ("meshes", "urdf"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "meshes" / "cube.stl").write_text("solid cube\n" + "\n".join(parts) + "\nendsolid")
+    shape = '<collision><geometry><mesh filename="package://arm/meshes/cube.stl" scale="0.1 0.1 0.1"/></geometry></collision>'
+    found = cards(deck(tmp_path / "urdf", urdf(link("base"), link("arm", shape), ARM[2]), density=3000.0))
+    j = 3.0 * (0.1**2 + 0.1**2) / 12
+    assert found[1] == f"BODY arm m=3 com=(0.05,0.05,0.05) j=({j:g},{j:g},{j:g})"
+
+
 def test_shapes_for_pictures(tmp_path):
     """A rod of a deck begins at its body's origin, along x; a cylinder of a file is centred, along z."""
     shapes = (
@@ -390,6 +415,12 @@ def test_loops_close(tmp_path):
     assert "JOINT connect1 c(0.3,0,0) 0(0.3,0,-0.5) ball cut=yes" in cards(text)
     r = emsim.run(text)
     assert max(abs(r["angle(h)"])) < 1e-6  # a triangle
+
+
+def test_speeds_at_the_start_of_a_loop_are_refused(tmp_path):
+    more = '<equality><connect body1="b" body2="world" anchor="0.3 0 0"/></equality><keyframe><key qpos="0" qvel="1"/></keyframe>'
+    assert told(tmp_path, mjcf("", more), key="0")[0] == "E532"
+    assert "JOINT connect1" in deck(tmp_path, mjcf("", more))
 
 
 def test_polynomials_of_equalities(tmp_path):
