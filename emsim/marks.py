@@ -20,6 +20,11 @@ def card_class(line: Line) -> type[Card] | None:
     return card if card is not None and card.marked(uncommented(line.text)) else None
 
 
+def is_card_word(word: str) -> bool:
+    """Whether a line that begins so may be a machine card."""
+    return word.upper() in CARDS
+
+
 def start_of(line: Line) -> str:
     """From which start of the grammar a line of a deck is read."""
     return "dot" if line.text[0] == "." else "machine_card" if card_class(line) else "element"

@@ -26,11 +26,11 @@ FILES = (
     ),
     (
         r"\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)*<mujoco\b", "a model of MuJoCo's (MJCF)",
-        f"{READS}: a body is `BODY arm m=0.2 shape=rod(0.3)`, a hinge `JOINT hinge 0 arm pin`; see emsim new x -t pendulum",
+        "emsim import model.xml -o model.cir writes it as a deck, which then runs",
     ),
     (
         r"\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)*<robot\b", "a robot description (URDF)",
-        f"{READS}: a link is a BODY, a revolute joint `JOINT name parent child pin`; see emsim new x -t linkage",
+        "emsim import robot.urdf -o robot.cir writes it as a deck, which then runs",
     ),
     (
         r"(\s*//[^\n]*\n)*\s*(within\b[^;]*;\s*)?(partial\s+)?(model|package|class|block)\s+(\w+)\b(?=.*^\s*end\s+\5\s*;)",

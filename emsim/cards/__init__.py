@@ -38,6 +38,7 @@ INDEX = {
     "CONTACT": "contact Contact",
     "ROLL": "roll Roll",
     "KNIFE": "knife Knife",
+    "TYRE": "tyre Tyre",
     "TRANSDUCER": "transducer Transducer",
     "CLOCK": "clock Clock",
     "BLOCK": "block Block",

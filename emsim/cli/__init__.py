@@ -31,6 +31,7 @@ VERBS = {
     "new": "write a small deck that runs, from a template",
     "playground": "write a page in which decks are written and run with nothing installed",
     "gallery": "write a folder with a moving picture of every deck, and behind each its page",
+    "import": "write a robot of a URDF or MJCF file as a deck",
     "lessons": "copy the lessons, decks and text, and open the first",
     "fmt": "lay a deck out: cards and comments in columns, nothing but blanks changed",
     "lsp": "the language server, for editors",

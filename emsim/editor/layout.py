@@ -9,8 +9,8 @@ is every line that the grammar does not accept, and every line whose tree would 
 
 from __future__ import annotations
 
-from ..cards import CARDS
 from ..elements import LETTERS
+from ..marks import is_card_word
 from ..source import Reading, SourceFile, trees
 from ..syntax import first_word, uncommented
 
@@ -195,9 +195,7 @@ def _is_key(word: str) -> bool:
 
 
 def _same(before: str, after: str) -> bool:
-    start = (
-        "dot" if before[0] == "." else "machine_card" if first_word(before).upper() in CARDS else "element"
-    )
+    start = "dot" if before[0] == "." else "machine_card" if is_card_word(first_word(before)) else "element"
     tree = trees().line(before, start)
     return tree is not None and _plain(tree) == _plain(trees().line(after, start))
 
@@ -267,7 +265,7 @@ def _kind(row: Row) -> str:
     if word[0] == ".":
         return "dot"
     # a card word without its mark is an element, but looks better as what it was meant for
-    return "machine" if word.upper() in CARDS else "element"
+    return "machine" if is_card_word(word) else "element"
 
 
 def _cells(row: Row, kind: str, tail: str) -> list[str]:

@@ -31,7 +31,7 @@ SUBJECTS: tuple[tuple[str, str, str], ...] = (
     ("motors", "MOTOR", ""),
     ("gears, belts, cams", "GEAR RATIO CAM BELT", ""),
     ("ropes", "ROPE", ""),
-    ("rolling", "ROLL KNIFE", ""),
+    ("rolling", "ROLL KNIFE TYRE", ""),
     ("contact and friction", "CONTACT STOP FRICTION FREEWHEEL", ""),
     ("magnets and sensors", "TRANSDUCER POT", ""),
     ("control", "BLOCK CLOCK PWM", ""),

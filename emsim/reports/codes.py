@@ -26,7 +26,7 @@ FOLDER = join(dirname(dirname(abspath(__file__))), "messages")
 # the files, in the order in which a deck meets them
 FAMILIES = (
     "reading", "control", "names", "machine", "motors", "circuit", "clocked", "lines", "code_models", "running",
-    "steady", "results", "sweeps", "drawing", "searching", "fmu", "outside", "exit_codes",
+    "steady", "results", "sweeps", "drawing", "searching", "fmu", "robots", "outside", "exit_codes",
 )  # fmt: skip
 COMMAND = "emsim deck.cir"
 _HEAD = re.compile(r"## ([EWN]\d{3}|exit \d+) (.+)")

@@ -63,8 +63,8 @@ TABLE: dict[str, tuple[str, str, bool]] = {
     "lt_A": ("E140", "`INV` LTspice v(in) > 0.5", False),
     # files of other programs
     "kicad": ("E100", "KiCad netlist", False),
-    "mjcf": ("E100", "MuJoCo JOINT hinge", False),
-    "urdf": ("E100", "URDF JOINT", False),
+    "mjcf": ("E100", "MuJoCo import model.xml", False),
+    "urdf": ("E100", "URDF import robot.urdf", False),
     "modelica": ("E100", "Modelica BODY", False),
     # no slips
     "angle_body": ("", "", False),

@@ -15,6 +15,7 @@ import pytest
 
 import emsim
 from emsim.cards import CARDS
+from emsim.cards.magic import KEYS, SCALES
 from emsim.cards.motors import MODELS
 from emsim.elements import LETTERS
 from emsim.elements.compiled import Compiled
@@ -479,6 +480,8 @@ ROTOR = "BODY rotor m=1 j=0.01\nJOINT h 0 rotor pin ic=(0.3,2)\n"
 SLED = "BODY sled m=1 j=0.1\nJOINT h 0 sled slide axis=(1,0) ic=(0.3,2)\n"
 FREE = "BODY b m=1 j=0.1 @\nSPRING s b 0 k=3\n"
 TUMBLES = "BODY b m=1 j=(1,2,3) @\nSPRING s b(0.1,0.2,0.3) 0 k=3\n"
+TYRE = "BODY b m=1 j=1 vx=3 vy=1\nBODY w m=0 j=1\nJOINT s 0 w pin ic=(0,2)\nTYRE e b 0 s r=0.3 fz=9 "
+PAC = "fnomin=8 r0=0.3 " + " ".join(f"{key}=0.6" for key in KEYS[2:] if key not in SCALES)
 COIN = ".gravity 0 0 -9.81\nBODY coin m=1 j=(2.5m,2.5m,5m) z=0.0932 rot=(1.2,0,0)\n"
 SPATIAL = "BODY a m=1 j=(1,2,3)\n"
 BAR = "BODY a m=1 shape=rod(1)\nBODY b m=1 shape=rod(1.5)\nBODY c m=1 shape=rod(1)\nJOINT p1 0 a pin guess=60deg\n"
@@ -602,6 +605,31 @@ MACHINES = {
     "KNIFE": {
         "along": (FREE.replace("@", "vx=1 omega=1") + "KNIFE e b 0 @\n", "along=(1,0)", "along=(1,1)"),
         "normal": (TUMBLES.replace("@", "omega=(1,1,1)") + "KNIFE e b 0 along=(1,0) @\n", "normal=(0,0,1)", "normal=(0,1,1)"),
+    },
+    "TYRE": {
+        "along": (TYRE + "b=8 c=1.3 d=1 sigma=0.3 @\n", "along=(1,0)", "along=(1,1)"),
+        "normal": (
+            TUMBLES.replace("@", "omega=(1,1,1)") + "TYRE e b 0 fz=9 b=8 c=1.3 d=1 sigma=1 @\n",
+            "normal=(0,0,1)",
+            "normal=(0,1,1)",
+        ),
+        "r": (TYRE.replace("r=0.3", "") + "b=8 c=1.3 d=1 sigma=0.3 @\n", "r=0.3", "r=0.4"),
+        "fz": (TYRE.replace("fz=9", "") + "b=8 c=1.3 d=1 sigma=0.3 @\n", "fz=9", "fz=8"),
+        "sigma": (TYRE + "b=8 c=1.3 d=1 @\n", "sigma=0.3", "sigma=(0.3,0.4)"),
+        "e": (TYRE + "b=8 c=1.3 d=1 sigma=0.3 @\n", "e=0.3", "e=(0.3,0.4)"),
+        **{
+            key: (TYRE + " ".join(f"{k}=1.3" for k in "bcd" if k != key) + " sigma=0.3 @\n", f"{key}=1.3", f"{key}=(1.3,1.4)")
+            for key in "bcd"
+        },
+        "model": (
+            TYRE + "@ " + PAC.replace("pex1=0.6 ", "") + "\n.model one tyre pex1=0.2\n.model two tyre pex1=0.3\n",
+            "model=one",
+            "model=two",
+        ),
+        **{
+            key: (TYRE + " ".join(x for x in PAC.split() if not x.startswith(f"{key}=")) + " @\n", f"{key}=0.7", f"{key}=0.8")
+            for key in KEYS
+        },
     },
     "CAM": {
         "lift": (WHEEL + "slide axis=(1,0)\nCAM e g h @\n", "lift={0.01*sin(angle(h))}", "lift={0.02*sin(angle(h))}"),
