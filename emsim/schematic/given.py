@@ -186,7 +186,7 @@ class Given:
                         ["ring", x + 0.65 * dx, y + 0.65 * dy, 0.25],
                     ]
                 far = ASIDE + (0.55 if label.mark == "port" else 0)
-                names.append((x + far * dx, y + (dy * (far + 0.4)), anchor, label.name, self.net(label.name)))
+                names.append((x + far * dx, y + (dy * (far + 0.4)), anchor, label.shown, self.net(label.net)))
         return names, strokes
 
     def _away(self, label: Label) -> tuple[int, int]:

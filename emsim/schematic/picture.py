@@ -372,10 +372,10 @@ def _is_towards(a: Spot, p: Spot, b: Spot) -> bool:
     return abs(px * by - py * bx) < 1e-6 and px * bx + py * by > 0
 
 
-def _beside(edges: set[tuple[Grid, Grid]]) -> list[tuple[float, float, str]]:
+def _beside(edges: set[tuple[Spot, Spot]]) -> list[tuple[float, float, str]]:
     """Where a name may stand beside wires, the best first."""
-    rows: dict[int, list[int]] = {}
-    columns: dict[int, list[int]] = {}
+    rows: dict[float, list[float]] = {}
+    columns: dict[float, list[float]] = {}
     for (x0, y0), (x1, _) in sorted(edges):
         if x0 != x1:
             rows.setdefault(y0, []).append(x0)

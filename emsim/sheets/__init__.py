@@ -5,6 +5,7 @@ nets.py      what is connected, by the rule of each program, and what the nets a
 emit.py      the cards of a sheet and of those below it as a text, each piece with its place in the drawing
 outlines.py  lines of a symbol as its owner drew it
 ltspice.py   .asc and .asy; standard symbols: ltspice_symbols.py
+kicad.py     .kicad_sch, sexpr.py; what fields of symbols mean to SPICE: kicad_parts.py
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 # how a file begins, what it is called, the module that reads it
 KINDS = (
     (re.compile(r"\s*Version 4\w*(?:\.\d+)?\s*\n\s*SHEET\s", re.I), "a schematic of LTspice's", "ltspice"),
+    (re.compile(r"\s*\(\s*kicad_sch\b"), "a schematic of KiCad's", "kicad"),
 )
 
 

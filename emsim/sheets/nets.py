@@ -62,9 +62,16 @@ def connect(sheet: Sheet, rule: Rule, ties: Iterable[tuple[Point, Point]] = ()) 
     for point, end in _within(sheet, inner):
         found.tie(point, end)
     for label in sheet.labels:
-        if label.joins:
-            found.tie(label.at, label.name.lower())
+        found.tie(label.at, label.key)
     return _name(sheet, rule, found)
+
+
+def stray(sheet: Sheet) -> Iterator[tuple[Point, str]]:
+    """Ends of wires that lie on a wire of another net: its point and its net."""
+    nets = {end: wire.net for wire in sheet.wires for end in (wire.a, wire.b)}
+    for point, end in _within(sheet, set(nets)):
+        if nets[point] != nets[end]:
+            yield point, nets[point]
 
 
 def _within(sheet: Sheet, points: set[Point]) -> Iterator[tuple[Point, Point]]:
@@ -100,6 +107,8 @@ def _name(sheet: Sheet, rule: Rule, found: Ties) -> dict[str, list[Label]]:
     names: dict[Hashable, str] = {}
     for root, these in labels.items():
         names[root] = min(these, key=lambda label: label.rank).name
+        for label in these:
+            label.net = names[root]
     taken = {name.lower() for name in names.values()}
     number = 0
     first: dict[Hashable, Point] = {}

@@ -62,13 +62,16 @@ class Wire:
 
 
 class Label:
-    """A name at a point. `rank`: of several on one net the least says what it is called; `joins`: nets of that name are one.
-    `mark`: how it is drawn: "ground", "rail", "port", "name", or "" where a symbol draws it."""
+    """A name at a point. `rank`: of several on one net the least says what it is called; nets of labels with one `key` are one.
+    `mark`: how it is drawn: "ground", "port", "name", or "" where a symbol draws it; `shown`: as what."""
 
-    __slots__ = ("at", "joins", "mark", "name", "place", "rank")
+    __slots__ = ("at", "key", "mark", "name", "net", "place", "rank", "shown")
 
-    def __init__(self, at: Point, name: str, place: Word, rank: int, mark: str, joins: bool = True) -> None:
-        self.at, self.name, self.place, self.rank, self.mark, self.joins = at, name, place, rank, mark, joins
+    def __init__(
+        self, at: Point, name: str, place: Word, rank: int, mark: str, key: str = "", shown: str = ""
+    ) -> None:
+        self.at, self.name, self.place, self.rank, self.mark = at, name, place, rank, mark
+        self.key, self.shown, self.net = key or name.lower(), shown or name, name
 
 
 class Sheet:
