@@ -90,7 +90,7 @@ class Given:
     def _part(self, symbol: Drawn) -> dict[str, Any]:
         name = self.prefix + symbol.name
         known = self.of.get(name)
-        pins = [(*self.at(pin.x, pin.y), self.net(pin.net)) for pin in symbol.pins]
+        pins = [(*self.at(pin.x, pin.y), self.net(pin.net)) for pin in symbol.terminals]
         if symbol.strokes is not None:
             strokes = [self._stroke(s) for s in symbol.strokes]
         else:
@@ -176,7 +176,10 @@ class Given:
         for label in self.sheet.labels:
             x, y = self.at(*label.at)
             if label.mark == "ground":
-                strokes += [[kind, [(x + px, y + py) for px, py in points]] for kind, points in ground()]
+                turn = (-label.turns % 4, False)
+                strokes += [
+                    [kind, [_plus(turned(p, turn), x, y) for p in points]] for kind, points in ground()
+                ]
             elif label.mark:
                 dx, dy = self._away(label)
                 anchor = "start" if dx > 0 else "end" if dx < 0 else "middle"

@@ -6,6 +6,7 @@ emit.py      the cards of a sheet and of those below it as a text, each piece wi
 outlines.py  lines of a symbol as its owner drew it
 ltspice.py   .asc and .asy; standard symbols: ltspice_symbols.py
 kicad.py     .kicad_sch, sexpr.py; what fields of symbols mean to SPICE: kicad_parts.py
+qucs.py      .sch of Qucs-S; its components: qucs_parts.py
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 KINDS = (
     (re.compile(r"\s*Version 4\w*(?:\.\d+)?\s*\n\s*SHEET\s", re.I), "a schematic of LTspice's", "ltspice"),
     (re.compile(r"\s*\(\s*kicad_sch\b"), "a schematic of KiCad's", "kicad"),
+    (re.compile(r"\s*<Qucs Schematic\b"), "a schematic of Qucs-S'", "qucs"),
 )
 
 

@@ -39,7 +39,15 @@ class Text:
 
     def sheet(self, sheet: Sheet) -> None:
         if sheet.name:
-            self.add(sheet.file, [".subckt", sheet.name, *sheet.ports])
+            self.add(
+                sheet.file,
+                [
+                    ".subckt",
+                    sheet.name,
+                    *sheet.ports,
+                    *(f"{k}={v}" for k, v in sheet.parameters.items() if v),
+                ],
+            )
         for symbol in sheet.symbols:
             for card in symbol.cards:
                 self.add(sheet.file, card)

@@ -1,8 +1,8 @@
 """KiCad's schematics (.kicad_sch, versions 6 to 9), by its file format ("Schematic File Format") and its manual ("Simulator").
 
-Symbols lie in the file with their pins and lines. What a symbol is to SPICE its fields say (kicad_parts.py). Sheets below are read
-once for every use and stand below the first in the drawing: KiCad's netlist has one level. Labels of one sheet are one net where
-they have one name; global labels and power symbols are so everywhere, and a label for the sheet above is its pin there.
+Symbols lie in the file with their pins and lines. What a symbol is to SPICE its fields say (kicad_parts.py). Sheets below are
+read once for every use and stand below the first: KiCad's netlist has one level. Labels of one sheet are one net where they have
+one name; global labels and power symbols are so everywhere, and a label for the sheet above is its pin there.
 """
 
 from __future__ import annotations

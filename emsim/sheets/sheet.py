@@ -52,6 +52,13 @@ class Symbol:
         self.strokes: list[list[Any]] | None = None
         self.texts: list[tuple[float, float, str, str]] = []
 
+    @property
+    def terminals(self) -> list[Pin]:
+        """Pins in the order of its element's terminals, then those that are none."""
+        card = next((c for c in self.cards if isinstance(c[0], str) and c[0].lower() == self.name), [])
+        found = [piece for piece in card if isinstance(piece, Pin) and piece in self.pins]
+        return [*found, *(pin for pin in self.pins if pin not in found)]
+
 
 class Wire:
     __slots__ = ("a", "b", "net")
@@ -63,24 +70,28 @@ class Wire:
 
 class Label:
     """A name at a point. `rank`: of several on one net the least says what it is called; nets of labels with one `key` are one.
-    `mark`: how it is drawn: "ground", "port", "name", or "" where a symbol draws it; `shown`: as what."""
+    `mark`: how it is drawn: "ground", "port", "name", or "" where a symbol draws it; `shown`: as what; `turns`: of a ground, to
+    the left by quarters."""
 
-    __slots__ = ("at", "key", "mark", "name", "net", "place", "rank", "shown")
+    __slots__ = ("at", "key", "mark", "name", "net", "place", "rank", "shown", "turns")
 
     def __init__(
         self, at: Point, name: str, place: Word, rank: int, mark: str, key: str = "", shown: str = ""
     ) -> None:
         self.at, self.name, self.place, self.rank, self.mark = at, name, place, rank, mark
         self.key, self.shown, self.net = key or name.lower(), shown or name, name
+        self.turns = 0
 
 
 class Sheet:
-    """`name` is that of its subcircuit, "" for the deck itself; `ports` are the nets of its terminals. `scale`: grid units of a
+    """`name` is that of its subcircuit, "" for the deck itself; `ports` are the nets of its terminals, `parameters` its own with
+    what they are where nobody says. `scale`: grid units of a
     drawing (schematic/symbols.py) in one unit of the program's."""
 
     def __init__(self, file: SourceFile, scale: float, name: str = "") -> None:
         self.file, self.scale, self.name = file, scale, name
         self.ports: list[str] = []
+        self.parameters: dict[str, str] = {}
         self.symbols: list[Symbol] = []
         self.wires: list[Wire] = []
         self.labels: list[Label] = []
