@@ -239,13 +239,12 @@ def _by_current(letter: str) -> Callable[[Part], list[Card]]:
 
 
 def _transformer(p: Part) -> list[Card]:
-    """An ideal one: v1 = T v2, i2 = -T i1."""
-    t = p.value("T", "1")
-    inner = f"{p.name}_p"
+    """An ideal one, driven on its first side: v2 = v1/T, i1 = -i2/T."""
+    t, inner = _bare(p.value("T", "1")), f"{p.name}_2"
     return [
-        [f"E{p.name}", inner, p.pins[3], p.pins[1], p.pins[2], t],
-        [f"V{p.name}", p.pins[0], inner, "DC 0"],
-        [f"F{p.name}", p.pins[2], p.pins[1], f"V{p.name}", t],
+        [f"E{p.name}", inner, p.pins[2], p.pins[0], p.pins[3], f"{{1/({t})}}"],
+        [f"V{p.name}", p.pins[1], inner, "DC 0"],
+        [f"F{p.name}", p.pins[0], p.pins[3], f"V{p.name}", f"{{-1/({t})}}"],
     ]
 
 
