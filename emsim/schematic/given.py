@@ -81,7 +81,8 @@ class Given:
             parts.append(_bare("drawing"))
         for stroke in loose:  # what is nobody's is drawn with the nearest
             _nearest(parts, stroke)["strokes"].append(stroke)
-        for x, y, anchor, words in self.sheet.texts:
+        bare = [text for symbol in self.sheet.symbols if not symbol.name for text in symbol.texts]
+        for x, y, anchor, words in (*self.sheet.texts, *bare):
             names.append((*self.at(x, y), anchor, words, ""))
         return self._framed(parts, wires, dots, names)
 
@@ -180,6 +181,8 @@ class Given:
                 strokes += [
                     [kind, [_plus(turned(p, turn), x, y) for p in points]] for kind, points in ground()
                 ]
+            elif label.seat is not None:
+                names.append((*self.at(*label.seat), "start", label.shown, self.net(label.net)))
             elif label.mark:
                 dx, dy = self._away(label)
                 anchor = "start" if dx > 0 else "end" if dx < 0 else "middle"

@@ -2,7 +2,8 @@
 KiCad's manual has them ("Simulator", "Assigning models"), or those of version 6: Spice_Primitive, Spice_Model, Spice_Lib_File,
 Spice_Node_Sequence.
 
-Without such fields a resistor, capacitor, coil or source of that reference is one by its value; a connector is nothing.
+A Sim.Device that is the word of a machine's card makes such a card. Without such fields a resistor, capacitor, coil or source of
+that reference is one by its value; a connector is nothing.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import os
 import re
 
+from ..cards import CARDS
 from ..diagnostics import Span
 from ..source import decode, read_bytes
 from .sheet import Pin, word
@@ -193,6 +195,8 @@ class Parts:
             name = _named(fields.reference, kind)
             order = [given[n] for n in sorted(given, key=_by_number)] or _in_order(pins)
             return name, [[name, *order, _raw(word(pairs.get("model", ""), params.line, params.col))]]
+        if device in CARDS:
+            return str(fields.reference), [[device, fields.reference, *_in_order(pins), params]]
         model = fields.get("Sim.Name")
         of = model_of(path, model or fields.value) if path and device in ("", "SUBCKT") else ""
         device = TYPES.get(of, device or "SUBCKT")

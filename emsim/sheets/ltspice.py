@@ -2,7 +2,8 @@
 
 A symbol is a file beside the drawing, or a standard one (ltspice_symbols.py). Its attributes, of which the drawing states others,
 are a card: name, nodes, SpiceModel, Value, Value2, SpiceLine, SpiceLine2. Where SpiceModel is a file and the prefix is X, it is a
-library, and Value is only shown. A symbol without a prefix is a schematic of its name beside the drawing: a subcircuit.
+library, and Value is only shown. A prefix that is the word of a machine's card makes such a card. A symbol without a prefix is a
+schematic of its name beside the drawing: a subcircuit.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import os
 import re
 
+from ..cards import CARDS
 from ..diagnostics import Span, suggest
 from ..dialects import find
 from ..source import SourceFile, load
@@ -269,7 +271,8 @@ class Reader:
 
         prefix = self._attribute(p, shape, "Prefix")
         inst = p.attributes.get("InstName") or word("?", p.name.line, p.name.col)
-        name = f"X{inst}" if shape.block else _named(inst, prefix)
+        machine = prefix.upper() in CARDS
+        name = f"X{inst}" if shape.block else str(inst) if machine else _named(inst, prefix)
         pins = [Pin(*at(x, y), pin, p.name) for pin, x, y in shape.pins]
         symbol = Symbol(name.lower() if prefix or shape.block else "", pins, [])
         if shape.strokes is not None:
@@ -307,6 +310,8 @@ class Reader:
                 "E156", f"this `{p.name}` has no name", _span(own.file, p.name), "add SYMATTR InstName"
             )
             return []
+        if prefix.upper() in CARDS:
+            return [[prefix, inst, *symbol.pins, *(v for v in values.values() if v)]]
         name = _named(inst, prefix)
         if shape.block:
             name = word(f"X{inst}".replace(" ", "_"), inst.line, inst.col)

@@ -138,6 +138,8 @@ class Reader:
             name = words[4]
             ground = name.lower() in ("gnd", "0")
             own.labels.append(Label(a, "0" if ground else _net(name), name, 0 if ground else 2, "name"))
+            if len(words) > 6:
+                own.labels[-1].seat = (int(words[5]), int(words[6]) + 8)
 
     # ---- components ----
 

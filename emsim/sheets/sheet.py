@@ -55,7 +55,14 @@ class Symbol:
     @property
     def terminals(self) -> list[Pin]:
         """Pins in the order of its element's terminals, then those that are none."""
-        card = next((c for c in self.cards if isinstance(c[0], str) and c[0].lower() == self.name), [])
+        card = next(
+            (
+                c
+                for c in self.cards
+                if self.name in [str(piece).lower() for piece in c[:2] if isinstance(piece, str)]
+            ),
+            [],
+        )
         found = [piece for piece in card if isinstance(piece, Pin) and piece in self.pins]
         return [*found, *(pin for pin in self.pins if pin not in found)]
 
@@ -71,9 +78,9 @@ class Wire:
 class Label:
     """A name at a point. `rank`: of several on one net the least says what it is called; nets of labels with one `key` are one.
     `mark`: how it is drawn: "ground", "port", "name", or "" where a symbol draws it; `shown`: as what; `turns`: of a ground, to
-    the left by quarters."""
+    the left by quarters; `seat`: where its words begin, if the file says so."""
 
-    __slots__ = ("at", "key", "mark", "name", "net", "place", "rank", "shown", "turns")
+    __slots__ = ("at", "key", "mark", "name", "net", "place", "rank", "seat", "shown", "turns")
 
     def __init__(
         self, at: Point, name: str, place: Word, rank: int, mark: str, key: str = "", shown: str = ""
@@ -81,6 +88,7 @@ class Label:
         self.at, self.name, self.place, self.rank, self.mark = at, name, place, rank, mark
         self.key, self.shown, self.net = key or name.lower(), shown or name, name
         self.turns = 0
+        self.seat: Point | None = None
 
 
 class Sheet:
