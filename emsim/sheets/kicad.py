@@ -24,12 +24,13 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..diagnostics import Sink
-    from .sheet import Point, Word
+    from .sheet import Card, Point, Word
 
 DIALECT = None
 UNIT = 10_000  # of our whole numbers in a millimetre
 SCALE = 1 / 12_700  # grid units of a drawing: one in 1.27 mm, so that a resistor is as long as ours
 RULE = Rule(tees=False, pins=False, labels=True, number=lambda k: f"Net-{k}")
+ANALYSES = (".tran", ".ac ", ".dc ", ".op", ".noise", ".sp ")
 GAP = 30 * UNIT  # between the sheets of a drawing
 MOST_SHEETS = 1000
 POWER, GLOBAL, LOCAL, BELOW, SHEET = 1, 2, 3, 4, 5  # which name of a net stands
@@ -88,7 +89,24 @@ class Reader:
                 place = units[0].fields.reference
                 self.sink.error("E156", str(lack), _span(units[0].fields.file, place), lack.hint)
         parts.finish()
+        if not any(str(card[0]).lower().startswith(ANALYSES) for card in self.own.cards):
+            self.own.cards += self._workbook()
         return self.own
+
+    def _workbook(self) -> list[Card]:
+        """The analyses of the simulator's workbook beside the schematic (.wbk, versions 8 and 9), each kind once."""
+        from json import loads
+
+        found: dict[str, Card] = {}
+        try:
+            book = loads(load((self.file.path or "").removesuffix(".kicad_sch") + ".wbk").text)
+            commands = [c for tab in book["tabs"] for c in tab["commands"]]
+        except (OSError, ValueError, KeyError, TypeError):
+            return []
+        for command in commands:
+            if isinstance(command, str) and command.lower().startswith(ANALYSES):
+                found.setdefault(command.split()[0].lower(), [word(command)])
+        return list(found.values())
 
     def _tree(self, file: SourceFile, span: Span | None = None) -> Node | None:
         try:
