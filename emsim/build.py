@@ -106,7 +106,10 @@ def read_file(
         from .sheets import kind
 
         if (found := kind(file.text)) is not None:
-            said, hint = f"{shown or path} is {found[0]}, and a deck includes decks", "emsim convert makes a deck of it"
+            said, hint = (
+                f"{shown or path} is {found[0]}, and a deck includes decks",
+                "emsim convert makes a deck of it",
+            )
             sink.error("E157", said, included_from, hint)
             return Deck("", SourceFile(file.name, "", path, included_from), sink)
     deck = _build(file, own, is_main=False)

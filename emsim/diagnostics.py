@@ -70,7 +70,9 @@ class Span:
         if not pieces:
             return None
         col, end, file, line, there = next((p for p in pieces if p[1] > self.col), pieces[-1])
-        if col <= self.col and file.text_line(line)[there - 1 : there - 1 + end - col] == self.text_of(col, end):
+        if col <= self.col and file.text_line(line)[there - 1 : there - 1 + end - col] == self.text_of(
+            col, end
+        ):
             there, most = there + self.col - col, there + end - col
             return Span(file, line, there, max(there, min(there + self.end - self.col, most)))
         return Span(file, line, there, max(there, len(file.text_line(line)) + 1))

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     Spot = tuple[float, float]
 
 TURNS: list[Turn] = [(quarter, mirrored) for mirrored in (False, True) for quarter in range(4)]
-ASIDE = 0.45  # grid units from a label to its name
 
 
 def given(flat: FlatDeck, inside: str = "") -> Sheet | None:
@@ -43,6 +42,8 @@ def given(flat: FlatDeck, inside: str = "") -> Sheet | None:
 
 class Given:
     """The picture of a sheet, as `picture.Picture` is that of a netlist."""
+
+    aside = 0.45  # grid units from a label to its name
 
     def __init__(self, flat: FlatDeck, sheet: Sheet, look: str, inside: str = "") -> None:
         self.sheet, self.look = sheet, look
@@ -191,7 +192,7 @@ class Given:
                         ["line", [(x, y), (x + 0.4 * dx, y + 0.4 * dy)]],
                         ["ring", x + 0.65 * dx, y + 0.65 * dy, 0.25],
                     ]
-                far = ASIDE + (0.55 if label.mark == "port" else 0)
+                far = self.aside + (0.55 if label.mark == "port" else 0)
                 names.append((x + far * dx, y + (dy * (far + 0.4)), anchor, label.shown, self.net(label.net)))
         return names, strokes
 

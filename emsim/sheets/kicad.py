@@ -17,7 +17,7 @@ from . import outlines
 from .kicad_parts import Fields, Lacks, Parts
 from .nets import Rule, connect, stray
 from .sexpr import Node, Wrong, parse
-from .sheet import Label, Pin, Sheet, Symbol, Wire, word
+from .sheet import SCALES, Label, Pin, Sheet, Symbol, Wire, word
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -27,12 +27,8 @@ if TYPE_CHECKING:
     from .sheet import Card, Point, Word
 
 DIALECT = None
-UNIT = 10_000  # of our whole numbers in a millimetre
-SCALE = 1 / 12_700  # grid units of a drawing: one in 1.27 mm, so that a resistor is as long as ours
 RULE = Rule(tees=False, pins=False, labels=True, number=lambda k: f"Net-{k}")
 ANALYSES = (".tran", ".ac ", ".dc ", ".op", ".noise", ".sp ")
-GAP = 30 * UNIT  # between the sheets of a drawing
-MOST_SHEETS = 1000
 POWER, GLOBAL, LOCAL, BELOW, SHEET = 1, 2, 3, 4, 5  # which name of a net stands
 
 
@@ -56,9 +52,11 @@ def read(file: SourceFile, sink: Sink) -> Sheet:
 
 
 class Reader:
+    most = 1000  # uses of sheets
+
     def __init__(self, file: SourceFile, sink: Sink) -> None:
         self.file, self.sink = file, sink
-        self.own = Sheet(file, SCALE)
+        self.own = Sheet(file, SCALES["kicad"])
         self.trees: dict[str, tuple[SourceFile, Node]] = {}
         self.units: dict[str, list[Unit]] = {}
         self.references: dict[str, tuple[str, str]] = {}  # of version 6, by path
@@ -76,7 +74,7 @@ class Reader:
         self._page(Page(self.file, tree, f"/{uuid}", "/", 0))
         connect(self.own, RULE)
         for at, net in stray(self.own):
-            x, y = at[0] / UNIT, at[1] / UNIT
+            x, y = at[0] * 1e-4, at[1] * 1e-4
             said = f"a wire of `{net}` ends on another without a junction, at {x:g}, {y:g} mm: they are not connected"
             self.sink.warning(
                 "W155", said, Span(self.file, 1, 1, 1), "KiCad connects such lines by a junction alone"
@@ -183,7 +181,7 @@ class Reader:
         sim = node.text("exclude_from_sim") != "yes"
         is_cards = sim and (first[:1] == "." or _is_coupling(first) or _is_machine(first))
         for k, line in enumerate(lines):
-            self.own.texts.append((x, y + k * 2 * UNIT, anchor, line))
+            self.own.texts.append((x, y + k * _whole(2), anchor, line))
             if is_cards and line.strip() and line.strip().lower() != ".end":
                 # the file has the line's words on one line with \n between
                 shown = page.file.text_line(body.line)
@@ -318,13 +316,13 @@ class Reader:
         w, h = (_whole(v) for v in node.numbers("size")[:2])
         self.own.lines.append(outlines.box((x, y), (x + w, y + h)))
         fields = {f.word(1).replace(" ", "").lower(): f.word(2) for f in node.all("property")}
-        self.own.texts.append((x, y - UNIT, "start", str(fields.get("sheetname", ""))))
+        self.own.texts.append((x, y - _whole(1), "start", str(fields.get("sheetname", ""))))
         below = f"{page.path}/{node.text('uuid')}"
         for pin in node.all("pin"):
             name = pin.word(1)
             at = self._at(page, pin)
             anchor = "start" if at[0] == x else "end" if at[0] == x + w else "middle"
-            self.own.texts.append((at[0] + (UNIT if anchor == "start" else -UNIT), at[1], anchor, str(name)))
+            self.own.texts.append((at[0] + _whole(1 if anchor == "start" else -1), at[1], anchor, str(name)))
             said = page.name + fields.get("sheetname", word("")) + "/" + name
             self.own.labels.append(Label(at, _net(said), name, SHEET, "", f"local {below} {name}", ""))
             if "[" in name or "{" in name:
@@ -337,9 +335,9 @@ class Reader:
         name, given = fields.get("sheetname", word("")), fields.get("sheetfile", word("", node.line))
         span = _span(page.file, given)
         path = os.path.normpath(os.path.join(os.path.dirname(page.file.path or ""), given))
-        if page.path.count("/") > 30 or self.pages > MOST_SHEETS:
+        if page.path.count("/") > Sheet.most_below or self.pages > self.most:
             self.sink.error(
-                "E155", f"{given} is within itself, or there are more than {MOST_SHEETS} sheets", span
+                "E155", f"{given} is within itself, or there are more than {self.most} sheets", span
             )
             return
         if path not in self.trees:
@@ -355,8 +353,8 @@ class Reader:
                 return
             self.trees[path] = (file, tree)
         file, tree = self.trees[path]
-        down = self.down + GAP
-        self.own.texts.append((0, down - GAP / 2, "start", f"{page.name}{name}/"))
+        down = self.down + 2 * _whole(15)
+        self.own.texts.append((0, down - _whole(15), "start", f"{page.name}{name}/"))
         self._page(Page(file, tree, f"{page.path}/{node.text('uuid')}", f"{page.name}{name}/", down))
 
 
@@ -382,7 +380,7 @@ def _strokes(item: Node, at: Any) -> list[list[Any]]:
         box = outlines.box(at(tuple(item.numbers("start"))), at(tuple(item.numbers("end"))))
         return [box, *([["fill", box[1]]] if solid else [])]
     if item.kind == "circle":
-        r = round(item.numbers("radius")[0] * UNIT)
+        r = _whole(item.numbers("radius")[0])
         return [["dot" if solid else "ring", *at(tuple(item.numbers("center"))), r]]
     if item.kind == "arc" and item.first("mid") is not None:
         return [outlines.arc_through(*(at(tuple(item.numbers(k))) for k in ("start", "mid", "end")))]
@@ -390,7 +388,8 @@ def _strokes(item: Node, at: Any) -> list[list[Any]]:
 
 
 def _whole(v: float) -> int:
-    return round(v * UNIT)
+    """Millimetres as whole numbers."""
+    return round(v * 10_000)
 
 
 def _net(name: str) -> str:

@@ -18,7 +18,7 @@ from ..source import SourceFile, load
 from . import outlines
 from .ltspice_symbols import OWN, standard
 from .nets import Rule, connect
-from .sheet import Label, Pin, Sheet, Symbol, Wire, word
+from .sheet import SCALES, Label, Pin, Sheet, Symbol, Wire, word
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from .sheet import Card, Point, Word
 
 DIALECT = find("ltspice")
-SCALE = 1.5 / 16  # grid units of our symbols in one unit of the drawing: a capacitor is as long as ours
 RULE = Rule(tees=True, pins=True, labels=True, number=lambda k: f"N{k:03d}")
 SHOWN = ("SpiceModel", "Value", "Value2", "SpiceLine", "SpiceLine2")  # what follows the nodes, in this order
 # attributes by the number of their window
@@ -54,7 +53,10 @@ DEFAULTS = {
     )
 }
 MIDDLE = re.compile(r"^(\d+)(meg|[tgkmunpf])(\d+)$", re.I)  # a value whose letter stands for the dot
-MOST_BELOW = 50  # schematics within schematics
+# files of LTspice's models without a card, by the letters of elements that take them
+STANDARD = {"Q": "standard.bjt", "D": "standard.dio", "M": "standard.mos", "J": "standard.jft"}
+FOLDERS = "LTSPICE_LIB"  # an environment variable: LTspice's lib folders, which hold sym, sub and cmp
+INSTALLED = ("~/Documents/LTspice/lib", "~/Documents/LTspiceXVII/lib", "~/AppData/Local/LTspice/lib")
 
 
 class Shape:
@@ -103,7 +105,7 @@ class Reader:
         self.depth = 0
 
     def sheet(self, file: SourceFile, name: str) -> Sheet:
-        own = Sheet(file, SCALE, name)
+        own = Sheet(file, SCALES["ltspice"], name)
         own.below = self.below
         placed = self._lines(own)
         ties: list[tuple[Point, Point]] = []
@@ -185,7 +187,14 @@ class Reader:
             own.texts.append((x, y + 22 * k, anchor, line.strip()))
             if body[:1] == "!" and line.strip() and line.strip().lower() not in (".end", ".backanno"):
                 blank = len(line) - len(line.lstrip())
-                own.cards.append([_plain(word(line.strip(), number, at + blank))])
+                card = _plain(word(line.strip(), number, at + blank))
+                names = re.match(r"(\.lib|\.include|\.inc)\s+(\S.*)$", card, re.I)
+                path = _shipped(word(names[2]), own.file) if names else ""
+                own.cards.append(
+                    [word(f"{names[1]} {path}", card.line, card.col)]
+                    if names and path != names[2]
+                    else [card]
+                )
             at += len(line) + 2
 
     # ---- symbols ----
@@ -193,7 +202,12 @@ class Reader:
     def _shape(self, p: Placed, file: SourceFile) -> Shape | None:
         """What a symbol is; None, with a message, where nobody knows."""
         folder = os.path.dirname(file.path or "")
-        path = _beside(folder, p.name.replace("\\", "/") + ".asy")
+        name = re.sub(r"\\+(?! )", "/", p.name).replace("\\ ", " ") + ".asy"
+        path = _beside(folder, name)
+        if path is None and os.path.basename(name)[:-4].lower() not in self.standard:
+            path = next(
+                (at for f in libraries() if (at := _beside(os.path.join(f, "sym"), name, True))), None
+            )
         key = path or p.name.lower().replace("\\", "/").rpartition("/")[2]
         if key not in self.shapes:
             self.shapes[key] = self._file(path, p, file) if path else self._known(key)
@@ -302,6 +316,8 @@ class Reader:
     def _cards(self, own: Sheet, p: Placed, shape: Shape, symbol: Symbol) -> list[Card]:
         prefix = self._attribute(p, shape, "Prefix")
         values = {key: _plain(self._attribute(p, shape, key)) for key in SHOWN}
+        if prefix[:1].upper() in ("R", "C", "L"):
+            values["Value"] = _dotted(values["Value"])
         inst = p.attributes.get("InstName")
         if not symbol.name:
             return []
@@ -323,7 +339,7 @@ class Reader:
             library = values["SpiceModel"]
             values["SpiceModel"] = values["Value"] = word("") if values["Value2"] else values["Value"]
             values["SpiceModel"] = word("")
-        include: Card = [".lib", library]
+        include: Card = [".lib", _shipped(library, own.file)]
         if library and include not in [c for s in own.symbols for c in s.cards]:
             cards.append(include)
         pins: list[Any] = list(symbol.pins)
@@ -346,14 +362,14 @@ class Reader:
             said = f"the symbol `{p.name}` has no Prefix, and no schematic of its name lies beside it"
             self.sink.error("E156", said, _span(own.file, p.name), f"put {of}.asc beside it")
             return []
-        if of.lower() not in self.below and self.depth < MOST_BELOW:
+        if of.lower() not in self.below and self.depth < Sheet.most_below:
             span = _span(own.file, p.name)
             try:
                 file = load(path, span)
             except (OSError, ValueError) as error:
                 self.sink.error("E501", f"cannot read {os.path.basename(path)}: {error}", span)
                 return []
-            self.below[of.lower()] = Sheet(file, SCALE, of)  # for one that is within itself
+            self.below[of.lower()] = Sheet(file, SCALES["ltspice"], of)  # for one that is within itself
             self.depth += 1
             sheet = self.below[of.lower()] = self.sheet(file, of)
             self.depth -= 1
@@ -375,6 +391,17 @@ class Reader:
         }
         sheets = [own, *self.below.values()]
         asked = {str(card[-1]) for s in sheets for symbol in s.symbols for card in symbol.cards if card}
+        for kind, file in STANDARD.items():
+            used = any(
+                str(c[0])[:1].upper() == kind
+                for s in sheets
+                for symbol in s.symbols
+                for c in symbol.cards
+                if c
+            )
+            path = _shipped(word(file), own.file)
+            if used and path != file:
+                own.cards.append([".lib", path])
         for name, card in DEFAULTS.items():
             if name in asked and name.lower() not in stated:
                 own.cards.append([card])
@@ -401,9 +428,31 @@ def _rest(text: str, number: int, skip: int) -> Word:
 
 
 def _plain(given: Word) -> Word:
-    """With the letter u for micro, as many letters, so that places stay; 4k7 is 4.7k."""
-    text = given.replace("\u00b5", "u").replace("\u03bc", "u")
-    return word(MIDDLE.sub(r"\1.\3\2", text), given.line, given.col)
+    """With the letter u for micro: as many letters, so that places stay."""
+    return word(given.replace("\u00b5", "u").replace("\u03bc", "u"), given.line, given.col)
+
+
+def _dotted(given: Word) -> Word:
+    """4k7 is 4.7k."""
+    return word(MIDDLE.sub(r"\1.\3\2", given), given.line, given.col)
+
+
+def libraries() -> list[str]:
+    """LTspice's own folders on this machine."""
+    given = [f for f in os.environ.get(FOLDERS, "").split(os.pathsep) if f]
+    return [f for f in (*given, *map(os.path.expanduser, INSTALLED)) if os.path.isdir(f)]
+
+
+def _shipped(name: Word, file: SourceFile) -> Word:
+    """The path of a library: as it is named if it lies beside the drawing, else in LTspice's own folders."""
+    plain = name.strip("\"'")
+    if _beside(os.path.dirname(file.path or ""), plain.replace("\\", "/")) is None:
+        for folder in libraries():
+            for part in ("sub", "cmp"):
+                found = _beside(os.path.join(folder, part), plain.replace("\\", "/"))
+                if found is not None:
+                    return word(f'"{found}"', name.line, name.col)
+    return name
 
 
 def _named(inst: Word, prefix: str) -> Word:
@@ -414,8 +463,15 @@ def _named(inst: Word, prefix: str) -> Word:
     return word(text, inst.line, inst.col)
 
 
-def _beside(folder: str, name: str) -> str | None:
-    """The path of a file in a folder, or below it as `name` says, capitals or not."""
+def _beside(folder: str, name: str, below: bool = False) -> str | None:
+    """The path of a file in a folder, or below it as `name` says, capitals or not; `below`: in any folder below it, where `name`
+    says none."""
+    if below and "/" not in name:
+        for at, _, files in sorted(os.walk(folder)):
+            found = {entry.lower(): entry for entry in files}.get(name.lower())
+            if found is not None:
+                return os.path.join(at, found)
+        return None
     for wanted in dict.fromkeys((name, os.path.basename(name))):
         path = folder or "."
         for piece in wanted.split("/"):

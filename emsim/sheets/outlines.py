@@ -10,8 +10,6 @@ if TYPE_CHECKING:
 
     Spot = tuple[float, float]
 
-PIECE = pi / 16  # of an arc, as a straight line [rad]
-
 
 def ellipse(a: Spot, b: Spot) -> list[Any]:
     """Within a box."""
@@ -19,7 +17,7 @@ def ellipse(a: Spot, b: Spot) -> list[Any]:
     x, y, rx, ry = (x0 + x1) / 2, (y0 + y1) / 2, abs(x1 - x0) / 2, abs(y1 - y0) / 2
     if abs(rx - ry) < 1e-9:
         return ["ring", x, y, rx]
-    return ["line", [(x + rx * cos(k * PIECE), y + ry * sin(k * PIECE)) for k in range(33)]]
+    return ["line", [(x + rx * cos(k * pi / 16), y + ry * sin(k * pi / 16)) for k in range(33)]]
 
 
 def box(a: Spot, b: Spot) -> list[Any]:
@@ -29,7 +27,7 @@ def box(a: Spot, b: Spot) -> list[Any]:
 
 def arc(centre: Spot, radii: Spot, start: float, sweep: float) -> list[Any]:
     """From an angle [rad], counted from x towards y, over `sweep`."""
-    n = max(2, round(abs(sweep) / PIECE))
+    n = max(2, round(abs(sweep) * 16 / pi))
     turns = (start + sweep * k / n for k in range(n + 1))
     return ["line", [(centre[0] + radii[0] * cos(t), centre[1] + radii[1] * sin(t)) for t in turns]]
 

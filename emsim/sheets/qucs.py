@@ -18,7 +18,7 @@ from ..units import spice_number
 from . import outlines
 from .nets import Rule, connect
 from .qucs_parts import EMPTY, PARTS, Part, cards, value
-from .sheet import Label, Pin, Sheet, Symbol, Wire, word
+from .sheet import SCALES, Label, Pin, Sheet, Symbol, Wire, word
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -28,15 +28,14 @@ if TYPE_CHECKING:
     from .sheet import Card, Point, Word
 
 DIALECT = None
-SCALE = 0.1  # grid units of a drawing in one of the file's: a resistor is as long as ours
 RULE = Rule(tees=False, pins=False, labels=True, number=lambda k: f"_net{k - 1}")
 PIECE = re.compile(r'"((?:[^"\\]|\\.)*)"|(\S+)')
-MOST_BELOW = 50
-SHOWN = 34  # letters of a value in a drawing
 
 
 class Drawn:
     """A line of the components."""
+
+    letters = 34  # of a value in a drawing
 
     def __init__(self, words: list[Word], at: int) -> None:
         self.kind, self.name, self.line = str(words[0]), words[1], at
@@ -68,7 +67,7 @@ class Reader:
         self.depth = 0
 
     def sheet(self, file: SourceFile, name: str) -> Sheet:
-        own = Sheet(file, SCALE, name)
+        own = Sheet(file, SCALES["qucs"], name)
         own.below = self.below
         own.parameters = _parameters(file)
         drawn = self._lines(own)
@@ -192,7 +191,12 @@ class Reader:
         shown = [str(v) for v, flag in zip(d.given, d.shown, strict=False) if flag == "1" and v]
         for k, said in enumerate(shown[:4], 1):
             symbol.texts.append(
-                (x, y + 13 * k, "start", said if len(said) <= SHOWN else said[: SHOWN - 2] + "..")
+                (
+                    x,
+                    y + 13 * k,
+                    "start",
+                    said if len(said) <= Drawn.letters else said[: Drawn.letters - 2] + "..",
+                )
             )
 
     def _ports_of(self, own: Sheet, d: Drawn) -> list[Point] | None:
@@ -207,8 +211,8 @@ class Reader:
             said = f"cannot read {given}: {getattr(error, 'strerror', None) or error}"
             self.sink.error("E501", said, span, "put it beside the schematic")
             return None
-        if of.lower() not in self.below and self.depth < MOST_BELOW:
-            self.below[of.lower()] = Sheet(file, SCALE, of)  # for one that is within itself
+        if of.lower() not in self.below and self.depth < Sheet.most_below:
+            self.below[of.lower()] = Sheet(file, SCALES["qucs"], of)  # for one that is within itself
             self.depth += 1
             self.below[of.lower()] = self.sheet(file, of)
             self.depth -= 1
@@ -263,7 +267,8 @@ class Reader:
         x, y = d.at
         said = [str(v) for v, flag in zip(d.given, d.shown, strict=False) if flag == "1" and v]
         return [
-            (x, y + 14 * k, "start", text[:SHOWN]) for k, text in enumerate([f"{d.kind} {d.name}", *said])
+            (x, y + 14 * k, "start", text[: Drawn.letters])
+            for k, text in enumerate([f"{d.kind} {d.name}", *said])
         ]
 
     def _equations(self, own: Sheet, d: Drawn, params: set[str]) -> list[Card]:

@@ -62,7 +62,6 @@ AS_WRITTEN = {
     "S4Q_I": "I", "S4Q_Ieqndef": "B", "src_eqndef": "B", "S4Q_W": "W", "S4Q_S": "S", "vPWL": "V", "iPWL": "I", "eNL": "E",
     "gNL": "G",
 }  # fmt: skip
-LINES = 5  # properties of those
 # parameters of Qucs' models that SPICE's do not have
 INFINITE = ("Ikf", "Ikr", "Vaf", "Var", "Irb", "Bv")  # where they are 0
 UNKNOWN = frozenset(
@@ -114,7 +113,7 @@ def cards(p: Part) -> list[Card] | None:
 
 def _as_written(p: Part) -> list[Card]:
     """A card whose rest are the component's properties; lines behind the first are cards of their own, or go on with +."""
-    first, *more = [*p.given[:LINES], word("")]
+    first, *more = [*p.given[:5], word("")]
     pins = p.pins if p.kind not in ("S4Q_S",) else [p.pins[0], p.pins[1], p.pins[2], p.pins[3]]
     before = {"src_eqndef": "V=", "S4Q_Ieqndef": "I="}.get(p.kind, "")
     before = "" if re.match(r"[VI]\s*=", first.strip(), re.I) else before

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 TOKEN = re.compile(r'\(|\)|"(?:[^"\\]|\\.)*"|[^\s()"]+')
 ESCAPED = {"n": "\n", "r": "", "t": "\t"}
-DEEPEST = 200  # lists within lists; a schematic has a dozen
 
 
 class Wrong(ValueError):
@@ -29,6 +28,7 @@ class Node(list["Any"]):
     """A list; its first word says what it is. `line`: where it begins."""
 
     line = 0
+    deepest = 200  # lists within lists; a schematic has a dozen
 
     @property
     def kind(self) -> str:
@@ -73,7 +73,7 @@ def parse(text: str) -> Node:
             inner.line = line
             at.append(inner)
             at = inner
-            if len(stack) > DEEPEST:
+            if len(stack) > Node.deepest:
                 raise Wrong(line)
         elif piece == ")":
             if not stack:

@@ -16,6 +16,14 @@ if TYPE_CHECKING:
     Card = list["Word | Pin | str"]
 
 
+# grid units of a drawing (schematic/symbols.py) in one unit of the program's: two-pin parts are as long as ours, 6
+SCALES = {
+    "ltspice": 1.5 / 16,  # a capacitor is 64 long
+    "kicad": 1 / 12_700,  # a resistor is 7.62 mm long, in units of 0.1 um
+    "qucs": 0.1,  # a resistor is 60 long
+}
+
+
 class Word(str):
     """A word with its place in the file: line and column from 1; line 0 where it stands nowhere."""
 
@@ -95,6 +103,8 @@ class Sheet:
     """`name` is that of its subcircuit, "" for the deck itself; `ports` are the nets of its terminals, `parameters` its own with
     what they are where nobody says. `scale`: grid units of a
     drawing (schematic/symbols.py) in one unit of the program's."""
+
+    most_below = 50  # schematics within schematics
 
     def __init__(self, file: SourceFile, scale: float, name: str = "") -> None:
         self.file, self.scale, self.name = file, scale, name
