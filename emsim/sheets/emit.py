@@ -61,7 +61,7 @@ def emitted(sheet: Sheet, file: SourceFile, dialect: Dialect | None) -> SourceFi
     """The deck of a sheet and of the subcircuits below it."""
     text = Text()
     title = os.path.basename(file.name)
-    text.add(file, ["*", word(title)])
+    text.add(file, [word(title)])
     text.sheet(sheet)
     for below in sheet.below.values():
         text.sheet(below)

@@ -190,6 +190,7 @@ class Reader:
                 card = _plain(word(line.strip(), number, at + blank))
                 names = re.match(r"(\.lib|\.include|\.inc)\s+(\S.*)$", card, re.I)
                 path = _shipped(word(names[2]), own.file) if names else ""
+                path = f'"{path}"' if " " in path and '"' not in path else path
                 own.cards.append(
                     [word(f"{names[1]} {path}", card.line, card.col)]
                     if names and path != names[2]
@@ -392,16 +393,16 @@ class Reader:
         sheets = [own, *self.below.values()]
         asked = {str(card[-1]) for s in sheets for symbol in s.symbols for card in symbol.cards if card}
         for kind, file in STANDARD.items():
-            used = any(
-                str(c[0])[:1].upper() == kind
+            used = {
+                str(c[-1])
                 for s in sheets
-                for symbol in s.symbols
-                for c in symbol.cards
-                if c
+                for y in s.symbols
+                for c in y.cards
+                if c and str(c[0])[:1].upper() == kind
+            }
+            own.cards += _models(
+                file, {name for name in used if name.lower() not in stated and name not in DEFAULTS}
             )
-            path = _shipped(word(file), own.file)
-            if used and path != file:
-                own.cards.append([".lib", path])
         for name, card in DEFAULTS.items():
             if name in asked and name.lower() not in stated:
                 own.cards.append([card])
@@ -441,6 +442,23 @@ def libraries() -> list[str]:
     """LTspice's own folders on this machine."""
     given = [f for f in os.environ.get(FOLDERS, "").split(os.pathsep) if f]
     return [f for f in (*given, *map(os.path.expanduser, INSTALLED)) if os.path.isdir(f)]
+
+
+def _models(file: str, names: set[str]) -> list[Card]:
+    """The cards of these models in a file of LTspice's own, each as it stands there."""
+    found: list[Card] = []
+    for folder in libraries() if names else ():
+        path = _beside(os.path.join(folder, "cmp"), file)
+        try:
+            text = re.sub(r"\n[ \t]*\+", " ", load(path).text) if path else ""
+        except (OSError, ValueError):
+            continue
+        for line in re.findall(r"^[ \t]*\.model[ \t]+.*$", text, re.I | re.M):
+            name = line.split()[1]
+            if name.lower() in {n.lower() for n in names}:
+                found.append([line.strip()])
+                names = {n for n in names if n.lower() != name.lower()}
+    return found
 
 
 def _shipped(name: Word, file: SourceFile) -> Word:

@@ -81,7 +81,7 @@ def written(tmp_path):
 
 
 def cards(path):
-    lines = pipeline.load(path).file.text.split("\n")
+    lines = pipeline.load(path).file.text.split("\n")[1:]
     return {line.split()[0]: line.split()[1:] for line in lines if line[:1].isalpha()}
 
 

@@ -71,7 +71,7 @@ def deck_of(path):
 
 def cards(path):
     """Element cards by their names."""
-    lines = deck_of(path).file.text.split("\n")
+    lines = deck_of(path).file.text.split("\n")[1:]
     return {line.split()[0]: line.split()[1:] for line in lines if line[:1].isalpha()}
 
 
@@ -299,3 +299,29 @@ def test_the_page_shows_the_drawing(tmp_path):
     (picture,) = result.main.circuit.data["pictures"].values()
     assert {part["name"] for part in picture["parts"]} == {"r1", "c1", "v1"}
     assert any(words == "an RC low pass" for *_, words, _ in picture["names"])
+
+
+def test_ltspices_own_folders_are_looked_through(tmp_path, monkeypatch):
+    for folder in ("sym/Special", "sub", "cmp"):
+        (tmp_path / "lib" / folder).mkdir(parents=True)
+    own = BLOCK.replace("BLOCK", "CELL") + "SYMATTR Prefix X\nSYMATTR SpiceModel half.lib\nSYMATTR Value2 half\n"
+    written(tmp_path, own, "lib/sym/Special/half.asy")
+    written(tmp_path, ".subckt half p q\nR1 p q 1k\nR2 q 0 3k\n.ends\n", "lib/sub/half.lib")
+    text = ".model bad D(n=1.2Is=1)\n.model 1N9999 D(is=1p\n+ n=1.5 mfg=any)\n"
+    written(tmp_path, text, "lib/cmp/standard.dio", "utf-16")
+    diode = "SYMBOL diode 200 200 R0\nSYMATTR InstName D1\nSYMATTR Value 1N9999\nFLAG 216 200 b\nFLAG 216 264 0\n"
+    (tmp_path / "own").mkdir()
+    drawing = ABOVE.replace("SYMATTR Value r=3k\n", "").replace("SYMBOL half", "SYMBOL Special\\\\half") + diode
+    path = written(tmp_path / "own", drawing)
+    assert "E156" in cli("check", str(path)).stderr
+    monkeypatch.setenv("LTSPICE_LIB", str(tmp_path / "lib"))
+    deck = deck_of(path)
+    assert "half.lib" in deck.file.text and ".model 1N9999 D(is=1p" in deck.file.text and ".model bad" not in deck.file.text
+    assert emsim.run(str(path)).main["v(b)"][0] < 1.0
+
+
+def test_a_part_number_is_no_value(tmp_path):
+    """4k7 is 4.7k where a value stands; 1N4148 is a name."""
+    text = RC.replace("Value 1k", "Value 4k7") + "SYMBOL diode 300 300 R0\nSYMATTR InstName D1\nSYMATTR Value 1N4148\n"
+    found = cards(written(tmp_path, text))
+    assert found["R1"][-1] == "4.7k" and found["D1"][-1] == "1N4148"
