@@ -8,6 +8,7 @@ one name; global labels and power symbols are so everywhere, and a label for the
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from math import cos, radians, sin
 
 from ..diagnostics import Span
@@ -96,8 +97,16 @@ class Reader:
         from json import loads
 
         found: dict[str, Card] = {}
+        stem = (self.file.path or "").removesuffix(".kicad_sch")
+        named = stem + ".wbk"
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            if not os.path.isfile(named):
+                project = loads(load(stem + ".kicad_pro").text)
+                named = os.path.join(
+                    os.path.dirname(stem), project["schematic"]["ngspice"]["workbook_filename"]
+                )
         try:
-            book = loads(load((self.file.path or "").removesuffix(".kicad_sch") + ".wbk").text)
+            book = loads(load(named).text)
             commands = [c for tab in book["tabs"] for c in tab["commands"]]
         except (OSError, ValueError, KeyError, TypeError):
             return []

@@ -14,6 +14,7 @@ import re
 from ..cards import CARDS
 from ..diagnostics import Span
 from ..source import decode, read_bytes
+from . import shipped
 from .sheet import Pin, word
 
 TYPE_CHECKING = False
@@ -135,9 +136,9 @@ class Parts:
             unit.symbol.name = name.lower()
 
     def finish(self) -> None:
-        self.own.cards[:0] = [
-            [".include", word(f'"{path}"', at.line, at.col)] for path, at in self.libraries.items()
-        ]
+        for path, at in reversed(self.libraries.items()):
+            found = None if os.path.isfile(os.path.join(self.folder, path)) else shipped.cards(path)
+            self.own.cards[:0] = found or [[".include", word(f'"{path}"', at.line, at.col)]]
         if self.bare:
             span = Span(
                 self.own.file,
@@ -339,13 +340,9 @@ class Parts:
         )
         found = os.path.join(self.folder, path)
         if not os.path.isfile(found):
-            # of KiCad's own libraries, those that come along
-            shipped = os.path.join(
-                os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "lib", os.path.basename(path)
-            )
             beside = re.split(r"[\\/]", path)[-1]
-            if os.path.isfile(shipped):
-                path, found = os.path.basename(path), shipped
+            if shipped.cards(path) is not None:
+                found = os.path.join(shipped.FOLDER, beside)
             elif os.path.isfile(os.path.join(self.folder, beside)):
                 span = Span(self.own.file, max(1, given.line), given.col, given.col + len(given))
                 said = f"{given} is not there: {beside} beside the schematic is taken in its place"

@@ -15,7 +15,7 @@ from ..cards import CARDS
 from ..diagnostics import Span, suggest
 from ..dialects import find
 from ..source import SourceFile, load
-from . import outlines
+from . import outlines, shipped
 from .ltspice_symbols import OWN, standard
 from .nets import Rule, connect
 from .sheet import SCALES, Label, Pin, Sheet, Symbol, Wire, word
@@ -191,12 +191,17 @@ class Reader:
                 names = re.match(r"(\.lib|\.include|\.inc)\s+(\S.*)$", card, re.I)
                 path = _shipped(word(names[2]), own.file) if names else ""
                 path = f'"{path}"' if " " in path and '"' not in path else path
-                own.cards.append(
-                    [word(f"{names[1]} {path}", card.line, card.col)]
-                    if names and path != names[2]
-                    else [card]
+                lies = names is not None and (path != names[2] or self._lies(own, path))
+                ours = shipped.cards(path) if names and not lies else None
+                moved = (
+                    word(f"{names[1]} {path}", card.line, card.col) if names and path != names[2] else card
                 )
+                own.cards += ours or [[moved]]
             at += len(line) + 2
+
+    def _lies(self, own: Sheet, name: str) -> bool:
+        """Does a file lie beside the drawing?"""
+        return _beside(os.path.dirname(own.file.path or ""), name) is not None
 
     # ---- symbols ----
 
