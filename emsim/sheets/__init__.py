@@ -3,6 +3,7 @@
 sheet.py     `Sheet`, what every reader fills: symbols with their pins and cards, wires, labels, texts
 nets.py      what is connected, by the rule of each program, and what the nets are called
 emit.py      the cards of a sheet and of those below it as a text, each piece with its place in the drawing
+library.py   what a library says of one of its names; shipped.py: those that come along
 outlines.py  lines of a symbol as its owner drew it
 ltspice.py   .asc and .asy; standard symbols: ltspice_symbols.py
 kicad.py     .kicad_sch, sexpr.py; what fields of symbols mean to SPICE: kicad_parts.py

@@ -16,6 +16,7 @@ from ..diagnostics import Span, suggest
 from ..dialects import find
 from ..source import SourceFile, load
 from . import outlines, shipped
+from .library import model_of
 from .ltspice_symbols import OWN, standard
 from .nets import Rule, connect
 from .sheet import SCALES, Label, Pin, Sheet, Symbol, Wire, word
@@ -408,9 +409,26 @@ class Reader:
             own.cards += _models(
                 file, {name for name in used if name.lower() not in stated and name not in DEFAULTS}
             )
+        self._three(own, sheets)
         for name, card in DEFAULTS.items():
             if name in asked and name.lower() not in stated:
                 own.cards.append([card])
+
+    def _three(self, own: Sheet, sheets: list[Sheet]) -> None:
+        """A power transistor has no bulk: its fourth node, the source once more, is left out."""
+        texts = [str(piece) for sheet in sheets for card in sheet.cards for piece in card]
+        files = [
+            m[1].strip("\"'")
+            for text in texts
+            if (m := re.match(r"\.(?:lib|include|inc)\s+(\S.*)$", text, re.I))
+        ]
+        folder = os.path.dirname(own.file.path or "")
+        for card in (card for sheet in sheets for symbol in sheet.symbols for card in symbol.cards):
+            if card and str(card[0])[:1] == "M" and len(card) > 5 and card[3] is card[4]:
+                name = re.escape(str(card[5]).split()[0])
+                stated = any(re.match(rf"\.model\s+{name}\s+vdmos\b", text, re.I) for text in texts)
+                if stated or any(model_of(os.path.join(folder, f), str(card[5])) == "VDMOS" for f in files):
+                    del card[4]
 
 
 # ---- pieces ----

@@ -304,24 +304,49 @@ def test_the_page_shows_the_drawing(tmp_path):
 def test_ltspices_own_folders_are_looked_through(tmp_path, monkeypatch):
     for folder in ("sym/Special", "sub", "cmp"):
         (tmp_path / "lib" / folder).mkdir(parents=True)
-    own = BLOCK.replace("BLOCK", "CELL") + "SYMATTR Prefix X\nSYMATTR SpiceModel half.lib\nSYMATTR Value2 half\n"
+    own = (
+        BLOCK.replace("BLOCK", "CELL")
+        + "SYMATTR Prefix X\nSYMATTR SpiceModel half.lib\nSYMATTR Value2 half\n"
+    )
     written(tmp_path, own, "lib/sym/Special/half.asy")
     written(tmp_path, ".subckt half p q\nR1 p q 1k\nR2 q 0 3k\n.ends\n", "lib/sub/half.lib")
     text = ".model bad D(n=1.2Is=1)\n.model 1N9999 D(is=1p\n+ n=1.5 mfg=any)\n"
     written(tmp_path, text, "lib/cmp/standard.dio", "utf-16")
-    diode = "SYMBOL diode 200 200 R0\nSYMATTR InstName D1\nSYMATTR Value 1N9999\nFLAG 216 200 b\nFLAG 216 264 0\n"
+    diode = (
+        "SYMBOL diode 200 200 R0\nSYMATTR InstName D1\nSYMATTR Value 1N9999\nFLAG 216 200 b\nFLAG 216 264 0\n"
+    )
     (tmp_path / "own").mkdir()
-    drawing = ABOVE.replace("SYMATTR Value r=3k\n", "").replace("SYMBOL half", "SYMBOL Special\\\\half") + diode
+    drawing = (
+        ABOVE.replace("SYMATTR Value r=3k\n", "").replace("SYMBOL half", "SYMBOL Special\\\\half") + diode
+    )
     path = written(tmp_path / "own", drawing)
     assert "E156" in cli("check", str(path)).stderr
     monkeypatch.setenv("LTSPICE_LIB", str(tmp_path / "lib"))
     deck = deck_of(path)
-    assert "half.lib" in deck.file.text and ".model 1N9999 D(is=1p" in deck.file.text and ".model bad" not in deck.file.text
+    assert (
+        "half.lib" in deck.file.text
+        and ".model 1N9999 D(is=1p" in deck.file.text
+        and ".model bad" not in deck.file.text
+    )
     assert emsim.run(str(path)).main["v(b)"][0] < 1.0
 
 
 def test_a_part_number_is_no_value(tmp_path):
     """4k7 is 4.7k where a value stands; 1N4148 is a name."""
-    text = RC.replace("Value 1k", "Value 4k7") + "SYMBOL diode 300 300 R0\nSYMATTR InstName D1\nSYMATTR Value 1N4148\n"
+    text = (
+        RC.replace("Value 1k", "Value 4k7")
+        + "SYMBOL diode 300 300 R0\nSYMATTR InstName D1\nSYMATTR Value 1N4148\n"
+    )
     found = cards(written(tmp_path, text))
     assert found["R1"][-1] == "4.7k" and found["D1"][-1] == "1N4148"
+
+
+def test_a_power_transistor_has_three_nodes_and_another_four(tmp_path):
+    text = (
+        HEAD
+        + "SYMBOL nmos 100 100 R0\nSYMATTR InstName M1\nSYMATTR Value P\n"
+    text += "SYMBOL nmos 300 100 R0\nSYMATTR InstName M2\nSYMATTR Value Q\n"
+    )
+    text += "TEXT 0 300 Left 2 !.model P VDMOS(kp=2)\\n.model Q NMOS(kp=1m)\n"
+    found = cards(written(tmp_path, text))
+    assert len(found["M1"]) == 4 and len(found["M2"]) == 5 and found["M2"][2] == found["M2"][3]
