@@ -226,13 +226,12 @@ class Diagnostic:
         self.code = code
         if span is not None and span.file.origins is not None:
             span = span.drawn
-            labels = [(there, text) for where, text in labels if (there := where.drawn)]
             moved = [(f, f.span.drawn) for f in fixes]
             fixes = [Fix(at, f.text, f.label) for f, at in moved if at and at.text == f.span.text != ""]
         self.message = _short(message)
         self.span = span
         self.hint = hint if hint is None else _short(hint)
-        self.labels = [(where, inert(text)) for where, text in labels]
+        self.labels = [(there, inert(text)) for where, text in labels if (there := where.drawn)]
         self.fixes = list(fixes) or meant_by(span, message, hint)
 
     def __repr__(self) -> str:
@@ -448,7 +447,8 @@ def _render_one(d: Diagnostic, color: bool) -> str:
                 out.append(f"{margin}{blue} |{reset} {' ' * col}{paint}{caret} {label}".rstrip() + reset)
         chain = span.file.included_from
         while chain is not None:
-            out.append(f"{margin}{blue} = {reset}included from {inert(chain.file.name)}:{chain.line}")
+            at = chain.drawn or chain
+            out.append(f"{margin}{blue} = {reset}included from {inert(at.file.name)}:{at.line}")
             chain = chain.file.included_from
     if d.hint:
         for part in d.hint.splitlines():

@@ -115,6 +115,8 @@ class Given:
         if part.kind == "amplifier" and part.name not in self.uses:  # its inputs stand apart
             symbol, terminals = symbols.diamond(self.look, "v"), [0, 1]
         ties = [(j, pins[k]) for j, k in enumerate(terminals) if k < len(pins)]
+        if len(ties) < 2:
+            return self._ours(None, pins)
         turn, (dx, dy) = _fit(symbol, ties)
         strokes = []
         for kind, *rest in symbol.strokes:

@@ -211,7 +211,11 @@ class Reader:
             said = f"cannot read {given}: {getattr(error, 'strerror', None) or error}"
             self.sink.error("E501", said, span, "put it beside the schematic")
             return None
-        if of.lower() not in self.below and self.depth < Sheet.most_below:
+        if of.lower() not in self.below and self.depth >= Sheet.most_below:
+            said = f"{self.depth} schematics within schematics are the most"
+            self.sink.error("E155", said, span, "one of them may be within itself")
+            return None
+        if of.lower() not in self.below:
             self.below[of.lower()] = Sheet(file, SCALES["qucs"], of)  # for one that is within itself
             self.depth += 1
             self.below[of.lower()] = self.sheet(file, of)

@@ -342,11 +342,15 @@ def test_a_part_number_is_no_value(tmp_path):
 
 
 def test_a_power_transistor_has_three_nodes_and_another_four(tmp_path):
-    text = (
-        HEAD
-        + "SYMBOL nmos 100 100 R0\nSYMATTR InstName M1\nSYMATTR Value P\n"
+    text = HEAD + "SYMBOL nmos 100 100 R0\nSYMATTR InstName M1\nSYMATTR Value P\n"
     text += "SYMBOL nmos 300 100 R0\nSYMATTR InstName M2\nSYMATTR Value Q\n"
-    )
     text += "TEXT 0 300 Left 2 !.model P VDMOS(kp=2)\\n.model Q NMOS(kp=1m)\n"
     found = cards(written(tmp_path, text))
     assert len(found["M1"]) == 4 and len(found["M2"]) == 5 and found["M2"][2] == found["M2"][3]
+
+
+def test_lines_of_an_included_file_are_told_with_the_drawings_line(tmp_path):
+    (tmp_path / "own.lib").write_text(".param a=\n")
+    path = written(tmp_path, RC + "TEXT 32 500 Left 2 !.include own.lib\n")
+    said = cli("check", str(path)).stderr
+    assert "own.lib:1:" in said and f"included from {path}:{RC.count(chr(10)) + 1}" in said
