@@ -102,6 +102,16 @@ def read_file(
     A file most of whose lines are no cards is no deck: one error says so, where it is included, and shows none of them."""
     file, own = load(path, included_from, shown), Sink()
     file.dialect = dialect
+    if file.text.lstrip()[:1] in FOREIGN_STARTS:
+        from .sheets import kind
+
+        if (found := kind(file.text)) is not None:
+            said, hint = (
+                f"{shown or path} is {found[0]}, and a deck includes decks",
+                "emsim convert makes a deck of it",
+            )
+            sink.error("E157", said, included_from, hint)
+            return Deck("", SourceFile(file.name, "", path, included_from), sink)
     deck = _build(file, own, is_main=False)
     # lines with a dot card's word are meant as cards, whatever is wrong in them
     wrong = {d.span.line for d in own.diagnostics if d.severity == "error" and d.span}
@@ -133,9 +143,12 @@ def cannot_read(path: str, error: OSError) -> OutsideError:
 
 def _build(file: SourceFile, sink: Sink, is_main: bool, dialect: Dialect | None = None) -> Deck:
     if is_main and file.text.lstrip()[:1] in FOREIGN_STARTS:
+        from .sheets import deck as of_schematic
         from .slips import foreign
 
-        if (found := foreign(file)) is not None:
+        if (drawn := of_schematic(file, sink)) is not None:
+            file = drawn
+        elif (found := foreign(file)) is not None:
             sink.add(found)
             return Deck("", file, sink)
     with NoCollection():

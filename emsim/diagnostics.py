@@ -60,6 +60,28 @@ class Span:
         return self.file.text_line(self.line)[self.col - 1 : self.end - 1]
 
     @property
+    def drawn(self) -> Span | None:
+        """The place in the schematic that the deck was made of; the span itself where it was made of none. None for what stands
+        nowhere in it."""
+        origins = self.file.origins
+        if origins is None:
+            return self
+        pieces = origins.get(self.line)
+        if not pieces:
+            return None
+        col, end, file, line, there = next((p for p in pieces if p[1] > self.col), pieces[-1])
+        if col <= self.col and file.text_line(line)[there - 1 : there - 1 + end - col] == self.text_of(
+            col, end
+        ):
+            there, most = there + self.col - col, there + end - col
+            return Span(file, line, there, max(there, min(there + self.end - self.col, most)))
+        return Span(file, line, there, max(there, len(file.text_line(line)) + 1))
+
+    def text_of(self, col: int, end: int) -> str:
+        """Of the span's line, from column to column."""
+        return self.file.text_line(self.line)[col - 1 : end - 1]
+
+    @property
     def in_deck(self) -> Span:
         """The place in the deck itself: for an included file, that of the .include which leads to it."""
         span = self
@@ -202,10 +224,14 @@ class Diagnostic:
             hint = "\n".join(dict.fromkeys(f.label for f in fixes))
         self.severity = severity
         self.code = code
+        if span is not None and span.file.origins is not None:
+            span = span.drawn
+            moved = [(f, f.span.drawn) for f in fixes]
+            fixes = [Fix(at, f.text, f.label) for f, at in moved if at and at.text == f.span.text != ""]
         self.message = _short(message)
         self.span = span
         self.hint = hint if hint is None else _short(hint)
-        self.labels = [(where, inert(text)) for where, text in labels]
+        self.labels = [(there, inert(text)) for where, text in labels if (there := where.drawn)]
         self.fixes = list(fixes) or meant_by(span, message, hint)
 
     def __repr__(self) -> str:
@@ -421,7 +447,8 @@ def _render_one(d: Diagnostic, color: bool) -> str:
                 out.append(f"{margin}{blue} |{reset} {' ' * col}{paint}{caret} {label}".rstrip() + reset)
         chain = span.file.included_from
         while chain is not None:
-            out.append(f"{margin}{blue} = {reset}included from {inert(chain.file.name)}:{chain.line}")
+            at = chain.drawn or chain
+            out.append(f"{margin}{blue} = {reset}included from {inert(at.file.name)}:{at.line}")
             chain = chain.file.included_from
     if d.hint:
         for part in d.hint.splitlines():

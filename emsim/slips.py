@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 READS = "emsim reads SPICE netlists"
 FILES = (
     (
-        r"\s*\(kicad_sch\b|EESchema Schematic", "a schematic of KiCad's",
-        f"{READS}; KiCad writes one: File > Export > Netlist > SPICE, or `kicad-cli sch export netlist --format spice`",
+        r"EESchema Schematic", "a schematic of KiCad's before its version 6",
+        "open it in KiCad 6 to 9 and save it: a .kicad_sch is read as it is",
     ),
     (
         r"\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)*<mujoco\b", "a model of MuJoCo's (MJCF)",
@@ -36,10 +36,6 @@ FILES = (
         r"(\s*//[^\n]*\n)*\s*(within\b[^;]*;\s*)?(partial\s+)?(model|package|class|block)\s+(\w+)\b(?=.*^\s*end\s+\5\s*;)",
         "a model in Modelica",
         f"{READS}: a body is `BODY arm m=0.2 shape=rod(0.3)`, a revolute joint `JOINT hinge 0 arm pin`, a resistor `R1 a b 1k`",
-    ),
-    (
-        r"Version 4\w*\s*\nSHEET ", "a drawing of LTspice's (.asc)",
-        "LTspice writes a netlist: View > SPICE Netlist, or `LTspice -netlist drawing.asc`; run its drawing.net here",
     ),
 )  # fmt: skip
 HEAD = 100_000  # characters that are looked at

@@ -42,9 +42,12 @@ class NoCollection:
 
 class SourceFile:
     """One deck or included file. `text` has `\\n` line ends; `path` is None for text given as a string. `dialect` says
-    how it is read where dialects differ; None: as ngspice does, and refused where that would be a slip."""
+    how it is read where dialects differ; None: as ngspice does, and refused where that would be a slip.
 
-    __slots__ = ("_starts", "dialect", "included_from", "name", "path", "remarks", "text")
+    Of a deck that was made of a schematic `sheet` is the layout and `origins` says where its words stand there: by line,
+    (from column, to column, file, line, column)."""
+
+    __slots__ = ("_starts", "dialect", "included_from", "name", "origins", "path", "remarks", "sheet", "text")
 
     def __init__(
         self, name: str, text: str, path: str | None = None, included_from: Span | None = None
@@ -56,6 +59,8 @@ class SourceFile:
         self._starts: list[int] | None = None
         self.dialect: Dialect | None = None
         self.remarks: list[Any] = []  # diagnostics found while its numbers were read
+        self.origins: dict[int, list[tuple[int, int, SourceFile, int, int]]] | None = None
+        self.sheet: Any = None  # a sheets.sheet.Sheet
 
     @property
     def has_sections(self) -> bool:

@@ -14,7 +14,7 @@ import sys
 from os.path import splitext
 
 from .. import pipeline
-from ..diagnostics import DeckError, Diagnostic, Interrupted, OutsideError
+from ..diagnostics import DeckError, Diagnostic, Interrupted, OutsideError, Sink
 from .arguments import HELP, JSON, QUIET, Option, UsageError, overrides, parse
 from .console import OK, TOLERANCE, check_targets, interrupted, print_json, print_lines, show
 from .pictures import FORMATS
@@ -115,10 +115,13 @@ def _read(deck: str) -> tuple[str, str]:
     """Text of the deck and the folder where its relative paths start. OutsideError when it cannot be read."""
     if deck == "-":
         return source_of(deck), os.getcwd()
+    from ..sheets import deck as of_schematic
     from ..source import load
 
     try:
-        return load(deck).text, os.path.dirname(os.path.abspath(deck))
+        file = load(deck)
+        file = of_schematic(file, Sink()) or file
+        return file.text, os.path.dirname(os.path.abspath(deck))
     except ValueError:
         return "", ""  # the own run says that it is no text
     except OSError as error:

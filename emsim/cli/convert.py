@@ -1,5 +1,7 @@
 """usage: emsim convert [options] from to
 
+Makes a deck of a schematic: LTspice's .asc, KiCad's .kicad_sch and Qucs-S's .sch become .cir.
+
 Converts results between raw (.raw), CSV (.csv), Parquet (.parquet) and NetCDF (.nc), by the names of the files. Every
 number stays the same double. Names and units are kept; CSV needs --units for that, and a raw file knows units by kind of
 quantity. CSV and Parquet hold one analysis: the last transient, or what --plot names. Parquet and NetCDF need the
@@ -9,9 +11,10 @@ from __future__ import annotations
 
 import sys
 
+from ..diagnostics import Sink, deck_error
 from ..outputs import READERS, load, save
 from .arguments import HELP, QUIET, Option, UsageError, parse
-from .console import OK, same_file
+from .console import OK, same_file, show
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -28,6 +31,7 @@ OPTIONS = [
     QUIET,
     HELP,
 ]
+DECKS = (".cir", ".net", ".sp", ".spice", ".ckt")
 ONE_TABLE = (".csv", ".parquet")
 
 
@@ -38,6 +42,8 @@ def main(args: Sequence[str]) -> int:
     source, target = given.words
     if same_file(source, target):
         raise UsageError(f"{source} would be written over itself")
+    if target.lower().endswith(DECKS):
+        return _deck(source, target, given.has("quiet"))
     options: dict[str, Any] = {}
     for key, extension in ("ascii", ".raw"), ("units", ".csv"):
         if given.has(key):
@@ -62,6 +68,35 @@ def main(args: Sequence[str]) -> int:
         if left:
             kinds = ", ".join(t.kind for t in result.plots)
             print(f"{target} holds one analysis, {source} has {kinds}: choose with --plot", file=sys.stderr)
+    return OK
+
+
+def _deck(source: str, target: str, quiet: bool) -> int:
+    """Writes the deck of a schematic. Raises DeckError with all that could not be read."""
+    from ..build import cannot_read
+    from ..outputs.beside import write_text
+    from ..sheets import deck, worded
+    from ..source import load
+
+    sink = Sink()
+    try:
+        drawn = deck(load(source), sink)
+    except OSError as error:
+        raise cannot_read(source, error) from None
+    except ValueError:
+        drawn = None
+    if drawn is None:
+        deck_error(
+            "E100",
+            f"{source} is no schematic of LTspice, KiCad or Qucs-S",
+            None,
+            "a deck is made of such a file",
+        )
+    sink.raise_if_errors()
+    write_text(target, worded(drawn))
+    show(sink.diagnostics, quiet)
+    if not quiet:
+        print(f"{drawn.text.count(chr(10))} lines -> {target}")
     return OK
 
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import sys
 
-from ..diagnostics import Diagnostic, OutsideError
+from ..diagnostics import Diagnostic, OutsideError, deck_error
 from ..editor.layout import formatted, meaning
 from ..outputs.beside import replacing
+from ..sheets import kind
 from ..source import decode, read_bytes
 from .arguments import HELP, QUIET, Option, UsageError, parse
 from .console import DECK, OK, stdin_text
@@ -57,6 +58,13 @@ def _file(path: str, write: bool) -> bool:
     text = decode(data)
     if text is None:
         raise OutsideError(Diagnostic("error", "E500", f"{path} is not a text file"))
+    if (found := kind(text)) is not None:
+        deck_error(
+            "E157",
+            f"{path} is {found[0]}, whose layout is its owner's",
+            None,
+            "emsim convert makes a deck of it",
+        )
     new = laid_out(text)
     encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8"
     try:

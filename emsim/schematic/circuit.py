@@ -64,16 +64,16 @@ class Part:
 
 
 class Circuit:
-    """Parts and nets of one level; `inside` is "" or the name of a subcircuit's use."""
+    """Parts and nets of one level; `inside` is "" or the name of a subcircuit's use. `cores`: coupled coils are one part."""
 
-    def __init__(self, flat: FlatDeck, inside: str = "") -> None:
+    def __init__(self, flat: FlatDeck, inside: str = "", cores: bool = True) -> None:
         self.flat, self.inside = flat, inside
         self.parts: list[Part] = []
         self.captions: list[str] = []
         self.uses = [use for use in flat.uses if _within(use[0], inside)]
         self.ports = next((nodes for name, _, nodes in flat.uses if name == inside), {})
         self.read: set[str] = set()  # nets that labels speak of
-        couplings = [e for e in flat.elements if e.letter == "k" and _within(e.name, inside)]
+        couplings = [e for e in flat.elements if cores and e.letter == "k" and _within(e.name, inside)]
         own = [e for e in flat.elements if _within(e.name, inside) and e.letter != "k"]
         windings = {name for k in couplings if k.model_name for name in k.extra["inductors"]}
         self.labels = Labels(self.port, self.shown, windings)

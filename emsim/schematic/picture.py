@@ -27,9 +27,11 @@ if TYPE_CHECKING:
     from ..diagnostics import Sink
     from ..elaborate.flat import FlatDeck
     from .circuit import Circuit
+    from .given import Given
     from .layout import Laid
 
     Grid = tuple[int, int]
+    Spot = tuple[float, float]
     Frame = tuple[float, float, float, float]
 
 MARGIN = 16  # pixels about it all
@@ -61,12 +63,12 @@ class Picture:
     def _draw(self, look: str) -> dict[str, Any]:
         parts = [self._part(k, laid) for k, laid in enumerate(self.layout.laid)]
         wires: list[dict[str, Any]] = []
-        dots: list[tuple[int, int, str]] = []
+        dots: list[tuple[float, float, str]] = []
         for net, edges in self.edges.items():
-            pins = {self._pin(k, j): (k, j) for k, j in self.circuit.pins[net]}
-            runs, joints = _runs(edges, set(pins))
-            for points in runs:
-                wires.append({"net": net, "points": points, "flow": _flow(edges, points, pins)})
+            pins: dict[Spot, Grid] = {self._pin(k, j): (k, j) for k, j in self.circuit.pins[net]}
+            lines, joints = runs(edges, set(pins))
+            for points in lines:
+                wires.append({"net": net, "points": points, "flow": flow(edges, points, pins)})
             dots += [(x, y, net) for x, y in joints]
         names = self._names()
         names += self._captions([*self.frames, *((x, y, x, y) for w in wires for x, y in w["points"])])
@@ -81,7 +83,7 @@ class Picture:
             return round(MARGIN + UNIT * (y - top), 1)
 
         for part in parts:
-            part["strokes"] = [_placed(s, x_, y_) for s in part["strokes"]]
+            part["strokes"] = [placed(s, x_, y_) for s in part["strokes"]]
             part["texts"] = [[x_(x), y_(y), anchor, words] for x, y, anchor, words in part["texts"]]
             x0, y0, x1, y1 = part["box"]
             part["box"] = [x_(x0), y_(y0), x_(x1), y_(y1)]
@@ -213,9 +215,13 @@ class Picture:
         return found
 
 
-def draw(flat: FlatDeck, look: str = "ansi", inside: str = "", sink: Sink | None = None) -> Picture | None:
-    """The picture of a deck's circuit, or of the inside of a subcircuit's use; None where there are no parts. Hints that are not
-    understood are reported to `sink`. Raises DeckError: no such subcircuit (E371), more than MOST parts on the level (E372)."""
+def draw(
+    flat: FlatDeck, look: str = "ansi", inside: str = "", sink: Sink | None = None
+) -> Picture | Given | None:
+    """The picture of a deck's circuit, or of the inside of a subcircuit's use; None where there are no parts. What comes from a
+    schematic stands as it does there. Hints that are not understood are reported to `sink`.
+
+    Raises DeckError: no such subcircuit (E371), more than MOST parts on the level (E372)."""
     from .circuit import Circuit
     from .hints import hints
 
@@ -223,6 +229,10 @@ def draw(flat: FlatDeck, look: str = "ansi", inside: str = "", sink: Sink | None
     if inside and inside not in uses:
         hint = did_you_mean(inside, uses, f"there are {', '.join(uses)}" if uses else "the deck uses none")
         deck_error("E371", f"no use of a subcircuit is called `{inside}`", None, hint)
+    from .given import Given, given
+
+    if (sheet := given(flat, inside)) is not None:
+        return Given(flat, sheet, look, inside) if sheet.symbols else None
     circuit = Circuit(flat, inside)
     if not circuit.parts:
         return None
@@ -254,6 +264,8 @@ def pictures(flat: FlatDeck, look: str = "ansi") -> dict[str, dict[str, Any]]:
     if whole is None:
         return {}
     found, left = {"": whole.data}, MOST - len(whole.circuit.parts)
+    if flat.sources[0].sheet is not None:
+        left = MOST  # its owner has laid it out
     for inside in (name for name, *_ in flat.uses):
         try:
             picture = draw(flat, look, inside) if left > 0 else None
@@ -284,16 +296,16 @@ def _meet(a: Frame, b: Frame) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
-def _placed(stroke: list[Any], x_: Any, y_: Any) -> list[Any]:
+def placed(stroke: list[Any], x_: Any, y_: Any) -> list[Any]:
     kind, *rest = stroke
     if kind in ("line", "fill"):
         return [kind, [[x_(x), y_(y)] for x, y in rest[0]]]
     return [kind, x_(rest[0]), y_(rest[1]), UNIT * rest[2]]
 
 
-def _edges(paths: list[list[Grid]]) -> set[tuple[Grid, Grid]]:
+def _edges(paths: list[list[Grid]]) -> set[tuple[Spot, Spot]]:
     """The pieces of one grid unit, each from its left or upper end."""
-    found: set[tuple[Grid, Grid]] = set()
+    found: set[tuple[Spot, Spot]] = set()
     for path in paths:
         for (x0, y0), (x1, y1) in pairwise(path):
             n = max(abs(x1 - x0), abs(y1 - y0))
@@ -303,20 +315,20 @@ def _edges(paths: list[list[Grid]]) -> set[tuple[Grid, Grid]]:
     return found
 
 
-def _neighbours(edges: set[tuple[Grid, Grid]]) -> dict[Grid, list[Grid]]:
-    near: dict[Grid, list[Grid]] = {}
+def _neighbours(edges: set[tuple[Spot, Spot]]) -> dict[Spot, list[Spot]]:
+    near: dict[Spot, list[Spot]] = {}
     for a, b in sorted(edges):
         near.setdefault(a, []).append(b)
         near.setdefault(b, []).append(a)
     return near
 
 
-def _runs(edges: set[tuple[Grid, Grid]], pins: set[Grid]) -> tuple[list[list[Grid]], list[Grid]]:
+def runs(edges: set[tuple[Spot, Spot]], pins: set[Spot]) -> tuple[list[list[Spot]], list[Spot]]:
     """Wires from junction or pin to the next, as their corners; and the junctions."""
     near = _neighbours(edges)
     joints = sorted(p for p, others in near.items() if len(others) + (p in pins) > 2)
     stops = {p for p, others in near.items() if len(others) != 2 or p in pins}
-    left, runs = set(edges), []
+    left, found = set(edges), []
     for start in sorted(stops):
         for first in near[start]:
             if (min(start, first), max(start, first)) not in left:
@@ -331,18 +343,17 @@ def _runs(edges: set[tuple[Grid, Grid]], pins: set[Grid]) -> tuple[list[list[Gri
                 if (onward[0] - to[0], onward[1] - to[1]) != (to[0] - at[0], to[1] - at[1]):
                     run.append(to)
                 at, to = to, onward
-            runs.append(run)
-    return runs, joints
+            found.append(run)
+    return found, joints
 
 
-def _flow(
-    edges: set[tuple[Grid, Grid]], run: list[Grid], pins: dict[Grid, tuple[int, int]]
+def flow(
+    edges: set[tuple[Spot, Spot]], run: list[Spot], pins: dict[Spot, tuple[int, int]]
 ) -> list[tuple[int, int, int]]:
     """Pins beyond the last point of a run: what flows along it flows into them."""
     last, before = run[-1], run[-2]
-    step = ((before[0] > last[0]) - (before[0] < last[0]), (before[1] > last[1]) - (before[1] < last[1]))
-    cut = (last[0] + step[0], last[1] + step[1])
     near = _neighbours(edges)
+    cut = next(p for p in near[last] if _is_towards(last, p, before))
     seen, stack, found = {last, cut}, [last], []
     while stack:
         p = stack.pop()
@@ -355,10 +366,16 @@ def _flow(
     return sorted(found)
 
 
-def _beside(edges: set[tuple[Grid, Grid]]) -> list[tuple[float, float, str]]:
+def _is_towards(a: Spot, p: Spot, b: Spot) -> bool:
+    """Seen from a, does p lie where b does?"""
+    (px, py), (bx, by) = (p[0] - a[0], p[1] - a[1]), (b[0] - a[0], b[1] - a[1])
+    return abs(px * by - py * bx) < 1e-6 and px * bx + py * by > 0
+
+
+def _beside(edges: set[tuple[Spot, Spot]]) -> list[tuple[float, float, str]]:
     """Where a name may stand beside wires, the best first."""
-    rows: dict[int, list[int]] = {}
-    columns: dict[int, list[int]] = {}
+    rows: dict[float, list[float]] = {}
+    columns: dict[float, list[float]] = {}
     for (x0, y0), (x1, _) in sorted(edges):
         if x0 != x1:
             rows.setdefault(y0, []).append(x0)

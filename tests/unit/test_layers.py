@@ -58,6 +58,7 @@ ROWS = [
     ["parsed"],
     ["elements", "mistakes"],
     ["build_expr"],
+    ["sheets"],
     ["dialects"],
     ["dots", "marks", "slips"],
     ["robots"],
