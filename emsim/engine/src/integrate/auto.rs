@@ -18,9 +18,9 @@
 //!     step must have room to spare, and no less than a quarter of the implicit one. A return that is regretted makes the next one
 //!     twice as rare.
 //!  5. Where a method gives up, the others go on from the last good point in the order of `OTHERS`.
-//!  6. From `SMOOTH` to `SHORT` where all is linear and corners of sources end nearly every step, each at another distance: nothing is
-//!     kept from step to step then, and `SHORT` has one real matrix to factorise where `SMOOTH` has complex ones beside it. For good,
-//!     unless it takes more than `AFFORDED` times the steps.
+//!  6. From `SMOOTH` to `SHORT` where more than `SMALL` equations are linear and corners of sources end nearly every step, each at
+//!     another distance: nothing is kept then, and `SHORT` has one real matrix to factorise where `SMOOTH` has complex ones beside it.
+//!     For good, unless it takes more than `AFFORDED` times the steps. (Fewer equations: bench/rc_pulses took a third longer.)
 use super::explicit::place;
 use super::{make, Attempt, Character, Limit, Method, Response, Used};
 use crate::ledger::Stages;
@@ -149,7 +149,7 @@ impl<'a> Auto<'a> {
         let (chosen, implicit) = (explicit(sys), implicit(sys, o));
         let name = if chosen.is_ok() { EXPLICIT } else { implicit };
         let why = chosen.clone().map_or_else(|why| why, str::to_string);
-        let linear = sys.pure_linear && implicit == SMOOTH && o.reltol >= TIGHT;
+        let linear = sys.pure_linear && sys.n > SMALL && implicit == SMOOTH && o.reltol >= TIGHT;
         Ok(Auto {
             sys,
             o: o.clone(),
