@@ -256,8 +256,8 @@ impl<'a> Auto<'a> {
         let (steps, name) = (self.steps, self.name());
         let Some(before) = self.hurried.as_mut().filter(|b| steps >= b.steps + TRIAL) else { return Ok(()) };
         let taken = f64::from(steps - before.steps);
-        let factorised = (w.counters.factorisations - before.factorisations) as f64;
-        let corners = (w.counters.breakpoints - before.corners) as f64;
+        let factorised = w.counters.factorisations.saturating_sub(before.factorisations) as f64;
+        let corners = w.counters.breakpoints.saturating_sub(before.corners) as f64;
         (before.factorisations, before.corners) = (w.counters.factorisations, w.counters.breakpoints);
         before.steps = steps;
         // (two matrices are the least that it factorises at once)
