@@ -263,35 +263,3 @@ def test_many_steps_between_restarts(text, reltol):
     span = float(found.time[-1])
     for signal in ("v(out)", "i(l1)"):
         assert apart(found, exact, signal, span * (np.arange(1, 1980) / 1980.3)) <= 10 * reltol
-
-
-def grid(starts, side=21) -> str:
-    """A square of resistors and capacitors whose loads switch on and off from `starts` [ns] on, each in a period of its own."""
-    cards = ["a supply grid", "V1 in 0 1.2", "R1 in n0_0 0.1"]
-    for i in range(side):
-        cards += [f"Ra{i}_{j} n{i}_{j} n{i + 1}_{j} 0.5" for j in range(side) if i + 1 < side]
-        cards += [f"Rb{i}_{j} n{i}_{j} n{i}_{j + 1} 0.5" for j in range(side - 1)]
-        cards += [f"C{i}_{j} n{i}_{j} 0 10p" for j in range(side)]
-    for k, start in enumerate(starts):
-        period = 4 + (start if len(starts) > 1 else 0)
-        cards.append(f"I{k} n{k % side}_{k // side} 0 PULSE(0 10m {start}n 0.1n 0.1n 1n {period}n)")
-    return "\n".join([*cards, ".save v(n3_3) v(n5_5) v(n0_1)", ".tran 0.1n 20n", ".end", ""])
-
-
-def test_linear_equations_whose_corners_come_at_any_time_have_one_matrix_a_step():
-    text = grid([round(0.1 + 2.9 * (k * 0.618 % 1), 3) for k in range(20)])
-    auto, radau = emsim.run(text), emsim.run(text, method="radau")
-    assert [name for _, name, _ in auto.stats["methods"]] == ["radau", "esdirk"]
-    assert auto.stats["factorisations"] < 0.7 * radau.stats["factorisations"]
-    t = np.linspace(0.1e-9, 19.9e-9, 1000)
-    tight = emsim.run(text, method="radau", reltol=1e-8)
-    for name in ("v(n3_3)", "v(n5_5)", "v(n0_1)"):
-        exact = tight.at(name, t)
-        assert np.abs(auto.at(name, t) - exact).max() < 0.2 * 1e-3 * np.abs(exact).max()
-
-
-def test_linear_equations_with_few_corners_keep_long_steps():
-    loads = [round(0.5 + 0.17 * k, 2) for k in range(20)]
-    for text, options in ((grid([1.0]), {}), (grid(loads, 6), {}), (grid(loads, 6), {"reltol": 1e-7})):
-        r = emsim.run(text, **options)
-        assert [name for _, name, _ in r.stats["methods"]] == ["radau"]

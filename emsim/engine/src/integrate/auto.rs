@@ -18,9 +18,6 @@
 //!     step must have room to spare, and no less than a quarter of the implicit one. A return that is regretted makes the next one
 //!     twice as rare.
 //!  5. Where a method gives up, the others go on from the last good point in the order of `OTHERS`.
-//!  6. From `SMOOTH` to `SHORT` where more than `SMALL` equations are linear and corners of sources end nearly every step, each at
-//!     another distance: nothing is kept then, and `SHORT` has one real matrix to factorise where `SMOOTH` has complex ones beside it.
-//!     For good, unless it takes more than `AFFORDED` times the steps. (Fewer equations: bench/rc_pulses took a third longer.)
 use super::explicit::place;
 use super::{make, Attempt, Character, Limit, Method, Response, Used};
 use crate::ledger::Stages;
@@ -58,9 +55,6 @@ const WORTH: u32 = 100;
 const RAREST: u32 = 1 << 20;
 /// An implicit step is worth so many explicit ones.
 const PRICE: f64 = 4.0;
-/// Rule 6: in real operations a step of `SMOOTH` at order 9 has 9 factorisations and 9 solutions, one of `SHORT` has 1 and 7. The first
-/// come to more than twice the second as soon as a factorisation is no cheaper than a solution, as it is in any sparse matrix.
-const AFFORDED: f64 = 2.0;
 /// More than a method has.
 const FORMULAS: usize = 100;
 /// So many changes are told one by one.
@@ -131,17 +125,7 @@ pub struct Auto<'a> {
     steps: u32,                             // since the last change
     patience: u32,                          // implicit steps before the next return
     probation: Option<(&'static str, f64)>, // the method before, and its step
-    hurried: Option<Hurried>,               // rule 6
     used: Vec<Used>,
-}
-
-/// Rule 6: counters when the last `TRIAL` steps began, and the steps from corner to corner that `SMOOTH` took before it was left.
-#[derive(Default)]
-struct Hurried {
-    steps: u32,
-    factorisations: u64,
-    corners: u64,
-    smooth: Option<f64>,
 }
 
 impl<'a> Auto<'a> {
@@ -149,7 +133,6 @@ impl<'a> Auto<'a> {
         let (chosen, implicit) = (explicit(sys), implicit(sys, o));
         let name = if chosen.is_ok() { EXPLICIT } else { implicit };
         let why = chosen.clone().map_or_else(|why| why, str::to_string);
-        let linear = sys.pure_linear && sys.n > SMALL && implicit == SMOOTH && o.reltol >= TIGHT;
         Ok(Auto {
             sys,
             o: o.clone(),
@@ -172,7 +155,6 @@ impl<'a> Auto<'a> {
             steps: 0,
             patience: TRIAL,
             probation: None,
-            hurried: linear.then(Hurried::default),
             used: vec![Used { t: 0.0, method: name.into(), why }],
         })
     }
@@ -251,42 +233,9 @@ impl<'a> Auto<'a> {
             .is_none_or(|(lambda, damped)| lambda * self.feature > FAST || damped && lambda * self.o.span > LASTING)
     }
 
-    /// Rule 6, before an attempt.
-    fn hurry(&mut self, w: &mut Work) -> Result<(), Failure> {
-        let (steps, name) = (self.steps, self.name());
-        let Some(before) = self.hurried.as_mut().filter(|b| steps >= b.steps + TRIAL) else { return Ok(()) };
-        let taken = f64::from(steps - before.steps);
-        let factorised = w.counters.factorisations.saturating_sub(before.factorisations) as f64;
-        let corners = w.counters.breakpoints.saturating_sub(before.corners) as f64;
-        (before.factorisations, before.corners) = (w.counters.factorisations, w.counters.breakpoints);
-        before.steps = steps;
-        // (two matrices are the least that it factorises at once)
-        if name == SMOOTH && factorised >= 2.0 * taken && AFFORDED * corners >= taken {
-            before.smooth = Some(taken / corners);
-            self.turn(w, SHORT, "corners end each step, all of other lengths")
-        } else if name == SHORT && before.smooth.is_some_and(|smooth| taken > AFFORDED * smooth * corners) {
-            self.hurried = None;
-            self.turn(w, SMOOTH, "its steps are the longer ones")
-        } else {
-            Ok(())
-        }
-    }
-
-    /// Another implicit method, for all that follows.
-    fn turn(&mut self, w: &mut Work, name: &'static str, why: &str) -> Result<(), Failure> {
-        self.implicit = name;
-        self.switch(w, name)?;
-        self.hurried.iter_mut().for_each(|h| h.steps = 0);
-        self.tell(why);
-        Ok(())
-    }
-
     /// Rule 4, before an attempt of length h.
     fn choose(&mut self, w: &mut Work, h: f64) -> Result<(), Failure> {
         self.look(w, h)?;
-        if self.refused == 0 {
-            self.hurry(w)?;
-        }
         if self.explicitly() {
             if self.limited >= STIFF {
                 return self.go_implicit(w, "stability limits the explicit step");
