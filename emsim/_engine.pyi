@@ -179,7 +179,7 @@ class Builder:
         module: str,
         name: str,
         nodes: Sequence[int],
-        model: dict[str, Any],
+        model: Values,
         instance: dict[str, Any],
         temp_c: float = ...,
         tnom_c: float = ...,
@@ -549,6 +549,15 @@ class Trees:
     ]:
         """Title, stray continuation lines, the first .control, the lines of .control sections, and the cards: see
         source.Reading. A place is (line, column, start, end)."""
+
+@final
+class Values:
+    """Parameters of a .model, read once for all of its instances."""
+
+    def __init__(self, given: dict[str, Any]) -> None: ...
+    @property
+    def given(self) -> dict[str, Any]:
+        """As they were given."""
 
 @final
 class VerilogA:

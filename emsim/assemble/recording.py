@@ -158,7 +158,7 @@ class Recorder:
     ) -> Any:
         said = self._builder.module(texts, module, name, nodes, model, instance, *rest)
         branches = self._builder.device_branches(name)
-        self.devices.append(Placed(module, name, branches, model, instance, rest[0], rest[1]))
+        self.devices.append(Placed(module, name, branches, model.given, instance, rest[0], rest[1]))
         return said
 
 

@@ -78,8 +78,9 @@ class Element(Written):
 
     def check(self, ctx: Circuit) -> None:
         """Unknown names among the parameters: an error on the line (as in ngspice), a warning in a .model."""
+        known = list(self.known()) if self.params else []
         for name in self.params:
-            if name not in (known := list(self.known())):
+            if name not in known:
                 near = suggest(name, known)
                 own, fixes = self.meant(ctx, name)
                 if own is None:

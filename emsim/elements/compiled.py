@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
     from typing import Any, ClassVar
 
+    from .._engine import Values
     from ..deck import Model
     from .base import Path
     from .contract import Accounts, Circuit, Expr
@@ -147,7 +148,7 @@ class Compiled(Element):
         own = getattr(self, "module", None)
         words = dict.fromkeys(self.instance)
         if own is not None:
-            words.update(dict.fromkeys(key for key, p in own.parameters.items() if p["instance"]))
+            words.update(own.of_lines)
         return words
 
     def check(self, ctx: Circuit) -> None:
@@ -276,12 +277,7 @@ class Compiled(Element):
             nodes.append(p)
         for name in module.terminals[len(nodes) :]:
             nodes.append(-1 if self.at_ground else ctx.inner_node(f"{self.name}#{name}"))
-        model = {
-            key: value for key, value in self.model.params.items()
-            if key in module.parameters and key not in ("temp", "dtemp")
-        }  # fmt: skip
-        if self.sign and "type" in module.parameters:
-            model["type"] = self.sign * self.polarity()
+        model = self._values(ctx, module, self.model)
         try:
             said, left_out, longest, behaviour, tables = ctx.b.module(
                 module.texts, module.name, self.name, nodes, model, self.given(ctx), self.temperature(ctx),
@@ -305,6 +301,19 @@ class Compiled(Element):
             ctx.remark("W288", f"`{module.name}` has {text}", self.model.span)
         if longest is not None:
             ctx.longest_step = min(ctx.longest_step, longest)
+
+    def _values(self, ctx: Circuit, module: Module, card: Model) -> Values:
+        """What the module takes of the .model, read once for all elements of this kind."""
+        sign = self.sign * self.polarity() if self.sign and "type" in module.parameters else None
+        key = (module, card.name, sign)
+        if key not in ctx.values:
+            from .._engine import Values
+
+            model = {k: v for k, v in card.params.items() if k in module.parameters and k not in TEMPERATURE}
+            if sign is not None:
+                model["type"] = sign
+            ctx.values[key] = Values(model)
+        return ctx.values[key]
 
     def excite(self, ctx: Circuit) -> Sequence[tuple[int, complex]]:
         return self.stimuli

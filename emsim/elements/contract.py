@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any, Protocol
 
-    from .._engine import Builder, Expr
+    from .._engine import Builder, Expr, Values
     from ..deck import Analysis, MachineCard
     from ..diagnostics import Sink, Span
     from ..draws import Draws
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ..opened import Opened
     from .accounts import Accounts
     from .base import Element
+    from .modules import Module
     from .words import Cards
 
     class Level(Protocol):
@@ -79,6 +80,8 @@ class Circuit(Rows):
         self.shafts: dict[tuple[str, int], tuple[int, int]] = {}
         # models whose parameters have been looked at: by which class, name
         self.checked: set[tuple[type, str]] = set()
+        # parameters of .models as modules take them: by module, name, its `type`
+        self.values: dict[tuple[Module, str, float | None], Values] = {}
 
     def compile(
         self, ast: Node, where: Span | None, holds: Callable[[], frozenset[str]] | None = None

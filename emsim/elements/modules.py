@@ -25,9 +25,9 @@ class ModuleError(Exception):
 
 
 class Module:
-    """One module: its terminals, and its parameters by every name in lower case."""
+    """One module: its terminals, and its parameters by every name in lower case, those of an element's line among them."""
 
-    __slots__ = ("about", "disciplines", "name", "parameters", "terminals", "texts")
+    __slots__ = ("about", "disciplines", "name", "of_lines", "parameters", "terminals", "texts")
 
     def __init__(self, texts: VerilogA, name: str) -> None:
         self.texts, self.name = texts, name
@@ -37,6 +37,7 @@ class Module:
         self.parameters: dict[str, dict[str, Any]] = {
             word.lower(): p for p in self.about["parameters"] for word in p["names"]
         }
+        self.of_lines = dict.fromkeys(word for word, p in self.parameters.items() if p["instance"])
 
     def rows(self, instance: bool = False) -> list[Row]:
         """The parameters of a .model, or of the element's line, as tables show them."""

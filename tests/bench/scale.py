@@ -1,11 +1,12 @@
 """Cost over size: time and memory of every stage, and the exponent with which each grows.
 
-    python tests/bench/scale.py [--scene chain,ring,ladder,mesh,rectifiers] [--ngspice]
+    python tests/bench/scale.py [--scene chain,ring,ladder,mesh,supply,rectifiers] [--ngspice]
     python tests/bench/scale.py --beside     large circuits in one table, whole processes of emsim and ngspice by turns
     python tests/bench/scale.py --apart      circuits of two paces in one deck, as they are and tied; alike ones one by one
 
 Scenes: a chain of links let go from the horizontal, a ring of links hung up at one of its joints, an RC ladder, a square mesh
-of RC, rectifiers side by side. CPU seconds, the least of three; every size in a process of its own, for its memory [MB].
+of RC, a supply grid whose loads have clocks of their own, rectifiers side by side. CPU seconds, the least of three;
+every size in a process of its own, for its memory [MB].
 Stages: read (text to flat deck), assemble (flat deck to programs), solve (a transient), point (of it, by the rows that it
 recorded; it grows faster where factors leave the caches). The exponent is the slope log(time)/log(size) between the two largest
 sizes. With --ngspice the same decks run there, as whole processes. Exit code 1 where read or assemble grow with an exponent
@@ -77,6 +78,26 @@ def mesh(n: int) -> str:
     return "\n".join([*cards, f".print tran v(n{side - 1}_{side - 1})", ".tran 10u 1m", ".end", ""])
 
 
+# delay, width and period of a load [ns]: least, spread, steps of the golden ratio and its kin, which fill it evenly
+SPREAD = ((0.0, 4.0, 0.618034), (0.5, 1.0, 0.754878), (3.0, 2.0, 0.569840))
+
+
+def supply(n: int) -> str:
+    """n nodes, in a square, fed through a coil; every fifth has a load that switches in a period of its own."""
+    side = round(math.sqrt(n))
+    cards = ["a supply grid", "V1 in 0 1.2", "R1 in a 5m", "L1 a n0_0 0.1n"]
+    for i in range(side):
+        for j in range(side):
+            cards += [f"Ra{i}_{j} n{i}_{j} n{i + 1}_{j} 50m"] if i + 1 < side else []
+            cards += [f"Rb{i}_{j} n{i}_{j} n{i}_{j + 1} 50m"] if j + 1 < side else []
+            cards += [f"C{i}_{j} n{i}_{j} 0 1p"]
+            if (k := i * side + j) % 5 == 0:
+                late, wide, period = (a + b * (k * c % 1) for a, b, c in SPREAD)
+                pulse = f"PULSE(0 1m {late:.3f}n 0.1n 0.1n {wide:.3f}n {period:.3f}n)"
+                cards += [f"I{i}_{j} n{i}_{j} 0 {pulse}"]
+    return "\n".join([*cards, f".print tran v(n{side - 1}_{side - 1})", ".tran 50p 2n", ".end", ""])
+
+
 def rectifiers(n: int) -> str:
     cards = ["rectifiers", ".model d D(is=1e-14 rs=0.1 cjo=10p)"]
     for k in range(n):
@@ -90,6 +111,7 @@ SCENES = {
     "ring": (ring, (50, 100, 200)),
     "ladder": (ladder, (5000, 15000, 50000)),
     "mesh": (mesh, (900, 3600, 10000)),
+    "supply": (supply, (400, 900, 2500)),
     "rectifiers": (rectifiers, (100, 300, 1000)),
 }
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import emsim
+from emsim._engine import Values
 
 LINES = {
     "one": "j1 d g 0 a", "alike": "j2 d g 0 a", "area": "j3 d g 0 a area=2", "warm": "j4 d g 0 a temp=80",
@@ -29,6 +30,21 @@ def test_each_has_its_own_numbers():
     assert together == pytest.approx(sum(alone.values()), rel=1e-12)
     # and the other way round
     assert current(*reversed(LINES.values())) == pytest.approx(together, rel=1e-12)
+
+
+def test_a_model_is_read_once_for_all_of_its_elements(monkeypatch):
+    read = []
+
+    def values(given):
+        read.append(given)
+        return Values(given)
+
+    monkeypatch.setattr("emsim._engine.Values", values)
+    lines = [f"j{k} d g 0 {'ab'[k % 2]} area={1 + k % 3}" for k in range(60)]
+    together = current(*lines)
+    assert sorted(given["beta"] for given in read) == [1e-3, 2e-3]
+    areas = [(1 + k % 3) * (1 + k % 2) for k in range(60)]
+    assert together == pytest.approx(sum(areas) * current(LINES["one"]), rel=1e-8)  # gmin grows with no area
 
 
 VARACTOR = """`include "disciplines.vams"

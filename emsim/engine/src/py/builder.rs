@@ -605,7 +605,7 @@ impl Builder {
         module: &str,
         name: &str,
         nodes: Vec<i64>,
-        model: HashMap<String, Bound<'_, PyAny>>,
+        model: &veriloga::Values,
         instance: HashMap<String, Bound<'_, PyAny>>,
         temp_c: f64,
         tnom_c: f64,
@@ -616,7 +616,7 @@ impl Builder {
     {
         let rows = nodes.into_iter().map(|k| Ok(self.row(k)?.map_or(-1, |k| k as i32)));
         let nodes = rows.collect::<PyResult<Vec<i32>>>()?;
-        let given = veriloga::given([model, instance], [temp_c, tnom_c], m, connected)?;
+        let given = veriloga::given(model, instance, [temp_c, tnom_c], m, connected)?;
         let folded = veriloga::remembered(modules, py, module, given)?;
         let graph = self.graph.clone();
         let mut g = lock(&graph);

@@ -50,6 +50,7 @@ fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<instance::Instance>()?;
     m.add_class::<instance::State>()?;
     m.add_class::<veriloga::VerilogA>()?;
+    m.add_class::<veriloga::Values>()?;
     m.add_class::<table::Curve>()?;
     m.add_function(wrap_pyfunction!(table::interpolated, m)?)?;
     m.add_function(wrap_pyfunction!(table::segments, m)?)?;

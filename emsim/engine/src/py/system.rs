@@ -660,7 +660,7 @@ impl System {
         }
         let parts = apart.into_iter().map(|of| self.part(of, &o)).collect::<PyResult<Vec<_>>>()?;
         let record_streams = record.stream.is_some();
-        let (outcome, w, record, seconds) = py.detach(move || {
+        let (outcome, mut w, record, seconds) = py.detach(move || {
             let clock = Clock::start();
             let mut w = sys.work();
             (w.begin, w.charges, w.halts) = (begin, charges, halts);
@@ -708,10 +708,11 @@ impl System {
             Status::Interrupted => "interrupted",
         };
         let events = outcome.events.iter().map(|&(t, k, v)| (t, k, u8::from(v))).collect();
-        let names = |&(t, k, s): &(f64, u32, crate::logic::State)| {
-            (t, self.inner.logic.nodes[k as usize].name.clone(), s.text())
+        let nodes = if w.logic.log.is_empty() { &[][..] } else { &self.inner.logic.nodes };
+        let digital = Changes {
+            nodes: nodes.iter().map(|n| n.name.clone()).collect(),
+            log: std::mem::take(&mut w.logic.log).into(),
         };
-        let digital = w.logic.log.iter().map(names).collect();
         let chattering = outcome.resting;
         let short_steps = outcome.stepped;
         let jams = outcome.jammed.iter().map(|&(t, law)| (t, self.inner.laws.list[law].flags[0])).collect();
@@ -927,9 +928,7 @@ pub struct Waveforms {
     /// of every column: it does not bend with a source's corner
     #[pyo3(get)]
     steady: Vec<bool>,
-    /// changes of digital nodes: time, node, state as it is written
-    #[pyo3(get)]
-    digital: Vec<(f64, String, String)>,
+    digital: Changes,
     /// of a sweep: unknowns and conditions at its last point
     #[pyo3(get)]
     state: Option<(Vec<f64>, Vec<f64>)>,
@@ -958,15 +957,28 @@ impl Waveforms {
             watch: None,
             used: vec![],
             steady: vec![],
-            digital: vec![],
+            digital: Changes::default(),
             state: None,
             ended: 0.0,
         }
     }
 }
 
+/// Changes of digital nodes, by number; they are written out for who asks.
+#[derive(Default)]
+struct Changes {
+    nodes: Vec<String>,
+    log: Box<[(f64, u32, crate::logic::State)]>,
+}
+
 #[pymethods]
 impl Waveforms {
+    /// Changes of digital nodes: time, node, state as it is written.
+    #[getter]
+    fn digital(&self) -> Vec<(f64, &str, String)> {
+        let Changes { nodes, log } = &self.digital;
+        log.iter().map(|&(t, k, s)| (t, nodes[k as usize].as_str(), s.text())).collect()
+    }
     #[getter]
     fn rows(&self) -> usize {
         self.record.rows()

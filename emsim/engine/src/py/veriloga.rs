@@ -72,15 +72,34 @@ fn values(of: HashMap<String, Bound<'_, PyAny>>) -> PyResult<HashMap<String, Val
     of.into_iter().map(|(k, v)| Ok((k, one(&v)?))).collect()
 }
 
+/// Parameters of a .model, read once for all of its instances.
+#[pyclass(frozen)]
+pub struct Values {
+    read: Arc<HashMap<String, Value>>,
+    /// As they were given.
+    #[pyo3(get)]
+    given: Py<PyDict>,
+}
+
+#[pymethods]
+impl Values {
+    #[new]
+    fn new(given: Bound<'_, PyDict>) -> PyResult<Values> {
+        Ok(Values { read: Arc::new(values(given.extract()?)?), given: given.unbind() })
+    }
+}
+
 /// What an instance is given; temperatures [temp, tnom] in Celsius.
 pub fn given(
-    [model, instance]: [HashMap<String, Bound<'_, PyAny>>; 2],
+    model: &Values,
+    instance: HashMap<String, Bound<'_, PyAny>>,
     [temp, tnom]: [f64; 2],
     multiplier: f64,
     connected: usize,
 ) -> PyResult<Given> {
     let (temperature, tnom) = (temp + 273.15, tnom + 273.15);
-    Ok(Given { model: values(model)?, instance: values(instance)?, temperature, tnom, multiplier, connected })
+    let (model, instance) = (model.read.clone(), values(instance)?);
+    Ok(Given { model, instance, temperature, tnom, multiplier, connected })
 }
 
 /// The same for instances that are alike.
@@ -177,7 +196,7 @@ impl VerilogA {
         slopes: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let given = Given {
-            model: values(parameters)?,
+            model: Arc::new(values(parameters)?),
             instance: values(instance)?,
             temperature: temp + 273.15,
             tnom: tnom + 273.15,

@@ -34,6 +34,7 @@ use source::Sources;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::RecvTimeoutError;
+use std::sync::Arc;
 
 /// What is wrong, and where.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,9 +61,10 @@ pub enum Value {
 }
 
 /// What one instance is given. Names that are spelled as in the module come first, then those that differ in case alone.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Given {
-    pub model: HashMap<String, Value>,
+    /// of the .model, which many instances share
+    pub model: Arc<HashMap<String, Value>>,
     /// of the element's line: they come before those of the model
     pub instance: HashMap<String, Value>,
     /// [K]
@@ -77,8 +79,17 @@ pub struct Given {
 
 impl Default for Given {
     fn default() -> Self {
-        let (model, instance) = (HashMap::new(), HashMap::new());
+        let (model, instance) = (Arc::default(), HashMap::new());
         Given { model, instance, temperature: 300.15, tnom: 300.15, multiplier: 1.0, connected: usize::MAX }
+    }
+}
+
+impl PartialEq for Given {
+    fn eq(&self, other: &Given) -> bool {
+        let rest = |g: &Given| (g.temperature, g.tnom, g.multiplier, g.connected);
+        rest(self) == rest(other)
+            && self.instance == other.instance
+            && (Arc::ptr_eq(&self.model, &other.model) || self.model == other.model)
     }
 }
 
