@@ -287,6 +287,24 @@ class Pen:
         self._draw.polygon(self._up(points), COLOURS[fill])
         self.line([*points, points[0]], edge, width)
 
+    def area(self, loops: Sequence[Sequence[Point]], fill: str, edge: str, width: float) -> None:
+        """What closed loops wind about, filled, with the loops."""
+        wide, tall = self._image.size
+        wound = np.zeros((tall, wide), np.int16)
+        for corners in map(self._up, loops):
+            xs, ys = zip(*corners, strict=True)
+            left, top = max(0, math.floor(min(xs))), max(0, math.floor(min(ys)))
+            right, bottom = min(wide, math.ceil(max(xs)) + 1), min(tall, math.ceil(max(ys)) + 1)
+            if left >= right or top >= bottom:
+                continue
+            inside = Image.new("1", (right - left, bottom - top))
+            ImageDraw.Draw(inside).polygon([(x - left, y - top) for x, y in corners], 1)
+            turn = sum(p[0] * q[1] - p[1] * q[0] for p, q in pairwise([*corners, corners[0]]))
+            wound[top:bottom, left:right] += np.int16(np.sign(turn)) * np.asarray(inside)
+        self._image.paste(COLOURS[fill], (0, 0), Image.fromarray((255 * (wound != 0)).astype(np.uint8), "L"))
+        for loop in loops:
+            self.line([*loop, loop[0]], edge, width)
+
     def circle(
         self, at: Point, r: float, fill: str | None, edge: str, width: float, alpha: float = 1.0
     ) -> None:

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from .glyphs.extent import extents, walled
+from .glyphs.mesh import sewn
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 YAW, PITCH = -0.6, -0.45  # [rad]
 MARGIN = 46 / 480  # of the width
+TINY = float(np.finfo(np.float32).tiny)
 SWEPT = 240  # times at which the room is measured that the machine needs
 
 
@@ -40,6 +42,15 @@ class Pose:
             self.origin, self.turn = np.array(values[:3]), np.reshape(values[3:], (3, 3))
 
 
+def _meshed(shape: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
+    """A shape, with the points and faces of its surface."""
+    if "mesh" not in shape:
+        return shape
+    surface = data["meshes"][shape["mesh"]]
+    points, faces = surface.places(), surface.faces.tolist()
+    return {**shape, "points": points, "faces": faces, **sewn(points, faces)}
+
+
 class Stage:
     """Shapes and camera. `at(t)` sets the instant; then `value`, `share`, `world` and `place` speak of it.
 
@@ -50,7 +61,7 @@ class Stage:
     def __init__(self, table: Table, width: int) -> None:
         assert table.scene is not None
         data: dict[str, Any] = table.scene.data
-        self.shapes: list[dict[str, Any]] = data["shapes"]
+        self.shapes: list[dict[str, Any]] = [_meshed(s, data) for s in data["shapes"]]
         self.points: dict[str, Place] = {p["name"]: p["at"] for p in data["points"]}
         self.view: dict[str, Any] = data["view"]
         self.arrows = True
@@ -73,8 +84,11 @@ class Stage:
 
     def at(self, t: float) -> None:
         values = [float(np.interp(t, self.time, c)) for c in self._columns]
-        # rounding noise is nothing
-        self.values = [0.0 if abs(v) < 1e-9 * top else v for v, top in zip(values, self.largest, strict=True)]
+        # rounding noise is nothing, and what a page's float32 has no number for
+        self.values = [
+            0.0 if abs(v) < 1e-9 * top or top < TINY else v
+            for v, top in zip(values, self.largest, strict=True)
+        ]
         self.poses = [Pose([self.value(ref) for ref in body["at"]], self.planar) for body in self._bodies]
 
     def value(self, ref: str | float) -> float:

@@ -233,21 +233,33 @@ def test_a_card_that_the_processor_plays_is_not_used(page_of: Any) -> None:
     assert page.evaluate("() => Lit.gl === null && window.emsim.machine.solids.depth.length > 0")
 
 
-def test_a_screw_has_its_thread_and_a_body_its_looks(page_of: Any) -> None:
+CORNER = ((0, 0, 0), (30, 0, 0), (0, 20, 0), (0, 0, 10))
+
+
+def test_a_screw_has_its_thread_and_a_body_its_looks(page_of: Any, tmp_path: Path) -> None:
     """Meshes that films have, by the page's own text: as many points, in the same places."""
+    faces = [[CORNER[k] for k in face] for face in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))]
+    said = "".join(
+        "facet normal 0 0 0 outer loop "
+        + " ".join("vertex {} {} {}".format(*p) for p in face)
+        + " endloop endfacet\n"
+        for face in faces
+    )
+    (tmp_path / "corner.stl").write_text(f"solid corner\n{said}endsolid")
     deck = (
         "t\n.gravity 0 0 -9.81\nBODY nut m=1 j=(1m,1m,1m)\nJOINT s 0 nut screw axis=(0,0,1) lead=-20m\n"
         "BODY a m=1 j=(1m,1m,1m) look=gear(0.05,17)\nBODY b m=1 j=(1m,1m,1m) look=wheel(0.05)\n"
         "BODY c m=1 j=(1m,1m,1m) look=ball(0.05)\nBODY d m=1 j=(1m,1m,1m) look=wagon(0.1,0.05)\n"
         "JOINT ja 0(0.2,0) a pin\nJOINT jb 0(0.4,0) b pin\nJOINT jc 0(0.6,0) c pin\nJOINT jd 0(0.8,0) d slide\n"
-        ".tran 1m 20m\n.end\n"
+        "BODY e m=1 j=(1m,1m,1m) look=stl(corner.stl,1m)\nJOINT je 0(1,0) e pin\n.tran 1m 20m\n.end\n"
     )
-    page = page_of(deck)
+    (tmp_path / "deck.cir").write_text(deck)
+    page = page_of(str(tmp_path / "deck.cir"))
     there = page.evaluate(
         """() => window.emsim.machine.solids.parts.map((p) => [p.colour, p.points.length,
             p.points.flat().reduce((sum, v) => sum + Math.abs(v), 0)])"""
     )
-    stage = Stage(pipeline.run(deck, scene=True).main, 480)
+    stage = Stage(pipeline.run(str(tmp_path / "deck.cir"), scene=True).main, 480)
     here = [[p[0]["colour"], len(p[1]), float(np.abs(p[1]).sum())] for p in Solids(stage).parts]
     assert [one[:2] for one in there] == [one[:2] for one in here]
     assert [one[2] for one in there] == pytest.approx([one[2] for one in here], rel=1e-3)

@@ -63,6 +63,7 @@ ROWS = [
     ["cards"],
     ["deck", "expr", "opened", "syntax", "lark_grammar", "source"],
     ["tables"],
+    ["readers"],
     ["draws", "functions", "units"],
     ["diagnostics", "registry", "traced"],
     ["_engine"],

@@ -30,6 +30,11 @@ def extents(shapes: list[Shape]) -> list[list[Any]]:
             h = sizes[1] if len(sizes) > 1 else sizes[0]
             for i, j in CORNERS:
                 found.append([moved(s["at"], i * sizes[0], j * h), 0.0])
+        elif kind == "mesh":
+            for x in [0, 1]:
+                for y in [0, 1]:
+                    for z in [0, 1]:
+                        found.append([moved(s["at"], s["box"][x][0], s["box"][y][1], s["box"][z][2]), 0.0])
         elif kind == "wagon":
             found.append([moved(s["at"], sizes[0] / 2, sizes[1] / 2), 0.0])
             found.append([moved(s["at"], -sizes[0] / 2, -0.85 * sizes[1]), 0.0])

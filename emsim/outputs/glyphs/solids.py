@@ -44,6 +44,8 @@ def solids(shapes: list[Shape], size: float) -> list[Any]:
             wheel_of(found, s["at"], [0, 0, 1], s["sizes"][0], t)
         elif kind in ["ball", "wheel", "toothed", "wagon"]:
             look_of(found, s, shapes)
+        elif kind == "mesh":
+            found.append(solid(s["at"], [s["points"], s["faces"], s["edges"]], "body"))
         elif kind == "bones":
             bones_of(found, s, shapes, t)
         elif kind == "joint":
@@ -64,7 +66,18 @@ def solids(shapes: list[Shape], size: float) -> list[Any]:
 
 def is_solid(planar: bool, s: Shape) -> bool:
     """Is it drawn as a solid, and by no glyph?"""
-    bodies = s["kind"] in ["rod", "box", "disc", "bones", "joint", "ball", "wheel", "toothed", "wagon"]
+    bodies = s["kind"] in [
+        "rod",
+        "box",
+        "disc",
+        "bones",
+        "joint",
+        "ball",
+        "wheel",
+        "toothed",
+        "wagon",
+        "mesh",
+    ]
     return not planar and (bodies or (s["kind"] in ["spring", "damper"] and "p" in s))
 
 

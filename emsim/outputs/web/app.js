@@ -36,13 +36,15 @@ class Clock {
 
 // What is drawn beside a run: one machine and circuit, or those of each run of a deck with .step, behind one another from row
 // to row of the table.
-async function unpackedDrawings(run, pictures) {
+async function unpackedDrawings(run, pictures, meshes) {
   run.runs ??= run.scene || run.circuit ? [{ first: 0, rows: Infinity, scene: run.scene, circuit: run.circuit }] : [];
   await Promise.all(run.runs.map(async ({ scene, circuit }) => {
     const [moves, flows] = await Promise.all([scene, circuit].map((part) => part?.rows && unpackAll(part)));
     if (moves) {
       [scene.time] = moves;
       scene.channels.forEach((c, k) => (c.values = moves[k + 1]));
+      scene.meshes = await Promise.all(scene.meshes.map((k) => unpackMesh(meshes[k])));
+      meshed(scene.shapes, scene.meshes);
     }
     if (!flows) return;
     [circuit.time] = flows;
@@ -76,10 +78,10 @@ async function unpacked(run) {
     // one point
     run.columns = (run.names ?? []).map((name, k) => ({ name, unit: run.units[k], values: [run.point?.[k]?.[0] ?? NaN] }));
     run.time = [0];
-    return unpackedDrawings(run, run.pictures);
+    return unpackedDrawings(run, run.pictures, run.meshes);
   }
   const parts = [run, run.energy].map((part) => part?.rows && unpackAll(part));
-  const [own, energies] = await Promise.all([...parts, unpackedDrawings(run, run.pictures)]);
+  const [own, energies] = await Promise.all([...parts, unpackedDrawings(run, run.pictures, run.meshes)]);
   [run.time] = own;
   let at = 1;
   run.columns = run.names.flatMap((name, k) => (run.complex[k] ? partsOf(name, run.units[k], own[at++], own[at++]) : [{ name, unit: run.units[k], values: own[at++] }]));
