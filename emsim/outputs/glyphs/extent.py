@@ -6,6 +6,7 @@ import math
 
 from .marks import moved
 from .solids import spread
+from .transducer import ahead, shut
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -64,6 +65,10 @@ def extents(shapes: list[Shape]) -> list[list[Any]]:
             a, b = s["first"]["a"], s["second"]["a"]
             for place in [a, b]:
                 found.append([place, 0.8 * math.hypot(a[1] - b[1], a[2] - b[2])])
+        if kind == "transducer" and s.get("closed") is not None:
+            size = ahead(s, shapes)
+            for way in [-1, 1]:
+                found.append([moved(shut(s), *[way * size[0] * e for e in s["axis"]]), size[1]])
         if kind == "beam":
             for node in s["nodes"]:
                 found.append([node, 0.0])
