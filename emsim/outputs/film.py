@@ -207,7 +207,7 @@ class Camera:
             hint = f"there are {', '.join(self.stage.points)}" if self.stage.points else None
             deck_error("E356", f"no point to trace is called `{trace}`", hint=hint)
         self.traced = self.stage.points.get(trace)
-        self.solids = None if self.stage.planar else Solids(self.stage)
+        self.solids = Solids(self.stage) if self.stage.solid else None
         self.begin = begin
         face = join(get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
         self.font = ImageFont.truetype(face, round(11 * self.unit))

@@ -66,6 +66,8 @@ class Stage:
         self.view: dict[str, Any] = data["view"]
         self.arrows = True
         self.gravity, self.planar, self._bodies = data["gravity"], data["planar"], data["bodies"]
+        # .view solid=yes: bodies in the plane have thickness and light
+        self.solid = not self.planar or self.view.get("solid") == "yes"
         self.time = table.time
         waves = table.scene.waves
         self._columns = [np.frombuffer(waves.column(k)) for k in range(waves.columns)]

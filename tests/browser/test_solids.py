@@ -143,6 +143,46 @@ def test_a_planar_machine_has_no_perspective(page_of: Any) -> None:
     assert not page.is_visible("#perspective") and page.evaluate("() => !window.emsim.machine.solids")
 
 
+def test_a_planar_machine_is_seen_straight_on_as_solids(page_of: Any) -> None:
+    """By a switch: as many parts as a film has, at the places that the flat picture has; what hides what is the bodies' order."""
+    deck = str(ROOT / "coupled/slider_crank_hbridge.cir")
+    page = page_of(deck)
+    where = "() => window.emsim.machine.scene.points.map((p) => window.emsim.machine.place(p.at))"
+    page.evaluate("() => { const { clock } = window.emsim; clock.play(false); clock.set(0.02); }")
+    flat = page.evaluate(where)
+    page.check("#solid")
+    page.wait_for_function("() => window.emsim.machine.solids?.depth")
+    assert page.evaluate(where) == flat and page.is_hidden("#perspective")
+    stage = Stage(pipeline.run(deck, scene=True).main, 480)
+    assert not stage.solid
+    assert page.evaluate("() => window.emsim.machine.solids.parts.length") == len(Solids(stage).parts)
+    ends = page.evaluate(
+        """() => { const m = window.emsim.machine;
+            return m.scene.shapes.filter((s) => s.kind === "rod").map((s) => [m.place(s.at),
+                m.place([s.at[0], s.at[1] + s.sizes[0] / 2, ...s.at.slice(2)])]); }"""
+    )
+    assert ends
+    for _, (x, y) in ends:
+        assert np.isfinite(depth(page, round(2 * x), round(2 * y))), "half way along a bar there is the bar"
+    page.uncheck("#solid")
+    page.wait_for_function("() => !window.emsim.machine.solids")
+
+
+def test_a_deck_may_ask_for_solids(page_of: Any) -> None:
+    deck = (
+        "t\nBODY a m=1 shape=box(0.2,0.1)\nBODY b m=1 shape=polygon(0,0,0.1,0,0,0.1)\n"
+        "JOINT j 0 a slide\nJOINT k 0(0,0.02) b pin\nDRIVE d j qd={1m}\nDRIVE e k qd={0}\n"
+        ".view solid=yes\n.tran 1m 10m\n.end\n"
+    )
+    page = page_of(deck)
+    assert page.is_checked("#solid") and page.evaluate("() => !!window.emsim.machine.solids")
+    stage = Stage(pipeline.run(deck, scene=True).main, 480)
+    assert stage.solid
+    pixels, there = Solids(stage).draw(1, lambda name: (0, 0, 200) if name == "body" else (200, 0, 0))
+    x, y = (round(v) for v in stage.place([2, 0.02, 0.06, 0]))
+    assert there[y, x] and pixels[y, x, 2] > pixels[y, x, 0], "the polygon lies on the box"
+
+
 def test_one_finger_turns_a_spatial_machine(page_of: Any) -> None:
     page = page_of(PLATES)
     before = page.evaluate("() => [window.emsim.machine.yaw, window.emsim.machine.pitch]")

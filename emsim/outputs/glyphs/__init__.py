@@ -56,11 +56,11 @@ SHARED = ("marks", "meshes", "paper", "extent", "solids", "mesh")
 
 
 def drawn(m: Scene, pen: Pen) -> None:
-    """All shapes, bodies first; in space those that are no solids."""
+    """All shapes, bodies first; beside solids those that are none."""
     for layer in (0, 1, 2):
         for shape in m.shapes:
             own, draw = GLYPHS.get(shape["kind"], (3, None))
-            if own == layer and draw is not None and not is_solid(m.planar, shape):
+            if own == layer and draw is not None and not (m.solid and is_solid(shape)):
                 draw(m, pen, shape)
 
 

@@ -30,6 +30,8 @@ class Scene(Protocol):
     @property
     def planar(self) -> bool: ...
     @property
+    def solid(self) -> bool: ...  # what can be is drawn as a solid
+    @property
     def follow(self) -> bool: ...  # the camera goes with the machine
     @property
     def middle(self) -> Sequence[float]: ...  # of the picture, on its plane [m]

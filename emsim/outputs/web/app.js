@@ -127,7 +127,7 @@ async function show(run) {
     machine.trace = $("trace").value || null;
     machine.arrows = $("arrows").checked;
     machine.labels = $("labels").checked;
-    perspective(machine);
+    depicted(machine, old?.machine ? undefined : scene.view.solid === "yes");
   }
   window.emsim = { run, clock, waves, machine, circuit: circuit(run, clock, waves, machine) };
   const span = clock.log ? 10 : clock.last - clock.first, speeds = [];
@@ -222,7 +222,11 @@ function options(select, items) {
   }));
 }
 
-function perspective(machine) {
+// how a machine is shown: one in the plane as solids too
+function depicted(machine, chosen) {
+  $("solid").parentElement.hidden = !machine.planar;
+  if (chosen !== undefined) $("solid").checked = chosen;
+  machine.solidify($("solid").checked);
   $("perspective").parentElement.hidden = machine.planar;
   machine.perspective = !machine.planar && $("perspective").checked;
 }
@@ -239,7 +243,7 @@ function point(run) {
   table.className = "numbers";
   const machine = run.scene ? new Machine(run, $("machine"), clock) : null;
   if (machine) Object.assign(machine, { arrows: $("arrows").checked, labels: $("labels").checked });
-  if (machine) perspective(machine);
+  if (machine) depicted(machine, run.scene.view.solid === "yes");
   window.still = { run, clock, waves: null, machine, circuit: circuit(run, clock, null, machine) };
   clock.set(0);
   if (run.roots) {
@@ -423,6 +427,7 @@ function wire() {
   $("fit").onclick = () => { shown()?.machine?.fit(); shown()?.machine?.draw(); };
   $("follow").onchange = (e) => { now().machine.follow = e.target.checked; now().machine.fit(); now().machine.draw(); };
   $("perspective").onchange = (e) => { shown().machine.perspective = e.target.checked; shown().machine.draw(); };
+  $("solid").onchange = (e) => { shown().machine.solidify(e.target.checked); shown().machine.draw(); };
   $("whole").onclick = () => now().waves.whole();
   $("degrees").onchange = (e) => { now().waves.degrees = e.target.checked; now().waves.build(); };
   $("xaxis").onchange = (e) => {
