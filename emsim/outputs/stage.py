@@ -42,6 +42,12 @@ class Pose:
             self.origin, self.turn = np.array(values[:3]), np.reshape(values[3:], (3, 3))
 
 
+def instants(table: Table) -> np.ndarray:
+    """What a film goes along: the time [s], of a machine that swings in its modes the number of the mode."""
+    own = None if table.scene is None else table.scene.axis
+    return table.time if own is None else np.frombuffer(own)
+
+
 def _meshed(shape: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
     """A shape, with the points and faces of its surface."""
     if "mesh" not in shape:
@@ -68,7 +74,7 @@ class Stage:
         self.gravity, self.planar, self._bodies = data["gravity"], data["planar"], data["bodies"]
         # .view solid=yes: bodies in the plane have thickness and light
         self.solid = not self.planar or self.view.get("solid") == "yes"
-        self.time = table.time
+        self.time = instants(table)
         waves = table.scene.waves
         self._columns = [np.frombuffer(waves.column(k)) for k in range(waves.columns)]
         self.largest = [float(np.max(np.abs(c), where=np.isfinite(c), initial=0.0)) for c in self._columns]
