@@ -228,6 +228,7 @@ class Camera:
         self.traced = self.stage.points.get(trace)
         self.solids = Solids(self.stage) if self.stage.solid else None
         self.begin = begin
+        self.rests = table.axis is None
         self.modes = table if swings(table) else None
         face = join(get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
         self.font = ImageFont.truetype(face, round(11 * self.unit))
@@ -253,6 +254,7 @@ class Camera:
         if self.solids is not None:
             called(stage, pen)
         said = f"t = {written(t, 's', 4)}" if self.modes is None else called_mode(self.modes, t)
+        said = "at rest" if self.rests else said
         pen.write(stage.width / 2, stage.height - 8 * self.unit, said, "ink", anchor="ms")
 
 

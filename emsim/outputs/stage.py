@@ -43,9 +43,11 @@ class Pose:
 
 
 def instants(table: Table) -> np.ndarray:
-    """What a film goes along: the time [s], of a machine that swings in its modes the number of the mode."""
+    """What a film goes along: the time [s], of a machine that swings in its modes the number of the mode; 0 of one that rests."""
     own = None if table.scene is None else table.scene.axis
-    return table.time if own is None else np.frombuffer(own)
+    if own is not None:
+        return np.frombuffer(own)
+    return np.zeros(1) if table.axis is None and len(table) == 1 else table.time
 
 
 def _meshed(shape: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:

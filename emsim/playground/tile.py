@@ -123,7 +123,8 @@ def _picture(table: Table, height: int) -> Callable[[float], Image.Image] | None
         if table.circuit is None or "refused" in table.circuit.data
         else table.circuit.data["pictures"][""]
     )
-    if table.scene is not None and moves and len(along) > 1:
+    rests = table.axis is None and len(table) == 1
+    if table.scene is not None and (rests or (moves and len(along) > 1)):
         whole = film.Stage(table, WIDTH)
         width = min(WIDTH, math.floor(WIDTH * height / whole.height))
         # signs of motors and sensors have a least size: a plane machine is drawn as large as in films

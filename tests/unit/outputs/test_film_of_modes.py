@@ -58,6 +58,18 @@ def test_it_says_what_it_shows(table: Any) -> None:
     assert np.asarray(picture).std() > 1
 
 
+def test_a_machine_at_rest_has_its_picture_in_the_gallery(tmp_path: Path) -> None:
+    from emsim.playground import tile
+
+    deck = TWO.format(more="").replace(".modes", ".op static").replace("pin\nJOINT", "pin ic=10deg\nJOINT")
+    paths = [str(tmp_path / name) for name in ("moving.webp", "still.webp")]
+    tile.write(pipeline.run(deck, scene=True), *paths)
+    for path in paths:
+        with Image.open(path) as picture:
+            assert getattr(picture, "n_frames", 1) == 1
+            assert np.asarray(picture.convert("L")).std() > 5
+
+
 def test_one_of_them_from_the_command_line(tmp_path: Path, monkeypatch: Any, capsys: Any) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "two.cir").write_text(TWO.format(more=".tran 10m 0.1"))
