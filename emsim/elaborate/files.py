@@ -148,7 +148,7 @@ class Files:
             self.sink.error("E501", f"cannot read {given}: {error.strerror or error}", place)
         except ValueError as error:
             hint = "a page of a megabyte holds no more; the program that wrote it can write it coarser"
-            self.sink.error("E155", f"{given}: {error}", place, hint if "the most" in str(error) else None)
+            self.sink.error("E158", f"{given}: {error}", place, hint if "the most" in str(error) else None)
         del card.params["look"]
 
     def _too_much(self, card: Include, most: str) -> None:
