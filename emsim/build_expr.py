@@ -269,7 +269,13 @@ def machine_value(item: Any, line: Line) -> Any:
         return tuple(machine_value(c, line) for c in parts(ch))
     assert rule == "call_value", rule
     args: list[Node] = []
+    named = ch[0].lower() == "stl"
     for child in parts(ch[1][1]):
+        if named and not args:
+            # the path of a file: no number, and its letters as they stand
+            start, end = extent(child)
+            args.append(Name(line.text[start:end], (line, start, end)))
+            continue
         value = machine_value(child, line)
         if not isinstance(value, float | Node):
             around = child if ch[0].lower() in ("rod", "box", "disc") else item

@@ -5,7 +5,7 @@ a set of channels: x, y, angle in a planar scene, x, y, z and the rotation matri
 name further channels (a current, a force) that change them. Nothing here is drawn: a page or a film does that
 (outputs/glyphs/, outputs/film.py, outputs/web/machine.js) from plain data:
 
-    {"planar": bool, "bodies": [{"name", "at": ["#channel" or number, ...], "aside": m}],
+    {"planar": bool, "meshes": [readers/surface.py], "bodies": [{"name", "at": ["#channel" or number, ...], "aside": m}],
      "shapes": [{"kind", ...}], "view": {...}}
 """
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..cards.base import Card, Scalar
+    from ..readers.surface import Surface
     from .mechanism import Mechanism
     from .scene import JointState
 
@@ -37,6 +38,7 @@ class Drawing:
         self.m = m
         self.channels: list[Output] = []
         self.shapes: list[dict[str, Any]] = []
+        self.meshes: list[Surface] = []
         self.planar = not _spatial(m)
         self._index: dict[str, int] = {}
         self.beside = _side_by_side(m)
@@ -115,6 +117,11 @@ class Drawing:
         """The room of a body that is an inertia on a shaft and nothing more [m], else 0."""
         return WHEEL if body in self.beside else 0.0
 
+    def mesh(self, file: str, metres: float = 1.0) -> tuple[int, list[list[float]]]:
+        """The number of a file's surface in the drawing, and its lowest and highest coordinates [m]."""
+        self.meshes.append(self.m.ctx.flat.meshes[file].scaled(metres))
+        return len(self.meshes) - 1, self.meshes[-1].box()
+
     def add(self, kind: str, card: Card, **what: Any) -> None:
         """One shape; `card` names it on the page and in its line of the deck."""
         self.shapes.append({"kind": kind, "card": card.spec.word, "name": card.name, **what})
@@ -141,7 +148,7 @@ class Drawing:
         points += [{"name": f"{n}.com", "at": self.on(n, b.centre)} for n, b in self.m.bodies.items() if b.m]
         return {
             "planar": self.planar, "bodies": self.bodies, "shapes": self.shapes, "points": points, "view": view,
-            "gravity": list(self.m.gravity),
+            "gravity": list(self.m.gravity), "meshes": self.meshes,
             "channels": [{"name": c.name, "unit": c.unit} for c in self.channels],
         }  # fmt: skip
 

@@ -143,6 +143,7 @@ if TYPE_CHECKING:
         def terminal(self, card: Card, label: str) -> list[float]: ...  # the place of a point terminal
         def joint(self, name: str) -> dict[str, Any]: ...  # a, b, joint, axis, q, zero
         def wheel(self, body: str) -> float: ...  # room for a bare inertia, drawn as a wheel, or 0
+        def mesh(self, file: str, metres: float = ...) -> tuple[int, list[list[float]]]: ...
         def attached(self, body: str) -> list[list[float]]: ...  # where joints and points are
         def add(self, kind: str, card: Card, **what: Any) -> None: ...
 
@@ -594,7 +595,5 @@ def _with_pi(value: Any) -> Any:
 
 def word_of(value: Any) -> str | None:
     """The plain word of a value: a string or a bare name of an expression."""
-    if isinstance(value, str):
-        return value
-    name = getattr(value, "id", None)
+    name = value if isinstance(value, str) else getattr(value, "id", None)
     return name if isinstance(name, str) else None

@@ -29,7 +29,7 @@ class Body(Card):
     spec = Spec(
         "BODY",
         "BODY name m= [j=] [com=(x,y)] [shape=rod(l)/box(w,h)/disc(r)/polygon(x1,y1,..)] "
-        "[look=ball(r)/wheel(r)/gear(r,z)/wagon(l,h)/plate(w,h)] "
+        "[look=ball(r)/wheel(r)/gear(r,z)/wagon(l,h)/plate(w,h)/stl(file)] "
         "[x= y= angle= vx= vy= omega=, in space z= vz= rot= omega=(wx,wy,wz)] [fixed=yes]",
         terminals="",
         mark=("m", "shape", "fixed"),
@@ -172,6 +172,10 @@ class Body(Card):
         kind = getattr(self.shape, "fn", "bones")
         if self.looks is not None:
             kind, sizes = self.looks
+            if kind == "stl":
+                surface, box = draw.mesh(self.look.args[0].id, *sizes)
+                draw.add("mesh", self, at=draw.on(self.name), mesh=surface, box=box)
+                return
             draw.add(
                 {"plate": "box", "gear": "toothed"}.get(kind, kind), self, at=draw.on(self.name), sizes=sizes
             )

@@ -14,6 +14,8 @@ cannot be inconsistent.
 
 from __future__ import annotations
 
+from math import inf, isfinite
+
 from .base import Card, Default, Own, Spec, is_number
 
 TYPE_CHECKING = False
@@ -100,6 +102,7 @@ class Transducer(Card):
         places = [(variable, actual), (self.coordinate, self.joint.q)]
         # C or L itself; of a co-energy what a small change of v or i sees
         capacity = s.b.grad(conjugate, [variable])[0]
+        self.closed = self._closed(s, s.b.substitute([capacity], [(variable, s.b.const(0.0))])[0])
         real = s.b.substitute([value, energy, conjugate, force, capacity], places)
         self.value, self.energy, self.conjugate, self.effort, self.capacity = real
         self.variable = actual
@@ -140,6 +143,27 @@ class Transducer(Card):
         """Energy = (charge v or flux linkage i) - W' [J]."""
         return None if self.form == "k" else self.conjugate * self.variable - self.energy
 
+    def _closed(self, s: Scene, unsaturated: Expr) -> float | None:
+        """Where on a slide the gap is closed: of L = L0 + c/(x0 - q), and of C, that is x0 = q + 2 L'/L'' at any q. None where
+        that is no one place: such a coupling has no gap."""
+        if self.joint.rotary or self.form == "k":
+            return None
+        first = s.b.grad(unsaturated, [self.coordinate])[0]
+        second = s.b.grad(first, [self.coordinate])[0]
+
+        def away(q: float) -> float:
+            slope, bend = s.b.eval(s.b.substitute([first, second], [(self.coordinate, s.b.const(q))]), [])
+            far = 2 * slope / bend if bend else inf
+            return far if isfinite(far) and slope * far > 0 else 0.0
+
+        # one of these is not in the closed gap itself
+        start = next((q for q in (0.0, 1e-3, -1e-3) if away(q)), None)
+        if start is None:
+            return None
+        far = away(start)
+        places = [q + away(q) for q in (start, start + 0.3 * far, start - 0.5 * far)]
+        return places[0] if max(places) - min(places) < 1e-6 * abs(far) else None
+
     def glyph(self, draw: Pen) -> None:
         word, unit = ("torque", "N m") if self.joint.rotary else ("force", "N")
         p = self.probes(draw.m)
@@ -147,7 +171,7 @@ class Transducer(Card):
         assert not callable(effort)
         draw.add(
             "transducer", self, **draw.joint(self.joint.name), form=self.form, unit=unit,
-            volts=draw.channel(f"v({self.name})", "V", draw.m.v(self.plus, self.minus)),
+            closed=self.closed, volts=draw.channel(f"v({self.name})", "V", draw.m.v(self.plus, self.minus)),
             effort=draw.channel(f"{word}({self.name})", unit, effort),
         )  # fmt: skip
 

@@ -32,6 +32,7 @@ FILM_OPTIONS = [
     Option("--speed", "simulated seconds a second of the film, otherwise it lasts 4 to 10 s", "X"),
     Option("--duration", "seconds that the film lasts, in place of --speed", "SECONDS"),
     Option("--fps", "frames a second of the film, otherwise 20", "N"),
+    Option("--mode", "of .modes the N-th alone; without it all of them, one after the other", "N"),
     Option(
         "--trace",
         "point of a body whose path is drawn: a POINT, or body.com; otherwise that of .view",
@@ -131,9 +132,9 @@ class Films:
                 raise UsageError(f"--{key} {path}: the file ends in {' or '.join(extensions)}")
         if given.has("speed") and given.has("duration"):
             raise UsageError("--speed and --duration say the same thing in two ways; give one")
-        for key in ("speed", "duration", "fps"):
+        for key in ("speed", "duration", "fps", "mode"):
             given.number(key)
-        for key in ("circuit", "speed", "duration", "fps", "trace"):
+        for key in ("circuit", "speed", "duration", "fps", "mode", "trace"):
             if given.has(key) and not self.files:
                 raise UsageError(f"--{key} is for a film: --gif FILE, --frame FILE")
         for path in self.files:
@@ -146,30 +147,40 @@ class Films:
 
     def draw(self, result: Outcome) -> None:
         """Writes them. DeckError where there is no machine, or nothing to draw of it."""
-        table = result.main.courses()[-1]  # of a deck with .step the last run
         from ..diagnostics import deck_error
         from ..outputs import film
+
+        mode = self._given.number("mode")
+        own = (t for t in result.plots if film.swings(t)) if mode is not None else iter((result.main,))
+        table = next(own, result.main).courses()[-1]  # of a deck with .step the last run
+        if mode is not None and (not film.swings(table) or not 1 <= mode <= len(table) or mode % 1):
+            there = f"there are {len(table)}" if film.swings(table) else "they come of .modes"
+            deck_error("E354", f"there is no mode {mode:g} of the machine to draw", hint=there)
 
         circuit = self._given.has("circuit")
         if circuit and (table.circuit is None or "refused" in table.circuit.data or len(table) < 2):
             deck_error("E373", "there is no circuit to draw", hint="a film of it needs elements and a .tran")
-        if not circuit and (table.scene is None or table.scene.axis is not None or len(table) < 2):
-            hint = "a film needs a BODY and a .tran; --circuit films the circuit"
+        if not circuit and (table.scene is None or (len(table) < 2 and not film.swings(table))):
+            hint = "a film needs a BODY, and a .tran or .modes; --circuit films the circuit"
             deck_error("E354", "there is no machine to draw", hint=hint)
-        given, start, trace = self._given, value_of(self._given, "from"), self._given.text("trace")
+        given, trace = self._given, self._given.text("trace")
+        start, stop = (value_of(given, key) for key in ("from", "to"))
+        if mode is not None:
+            start, stop = mode - 0.5, mode + 0.5
         width = width_of(given)
         if (path := given.text("gif")) is not None:
             timing = film.Timing(
                 table,
                 start,
-                value_of(given, "to"),
+                stop,
                 given.number("fps"),
                 given.number("speed"),
                 given.number("duration"),
             )
             film.gif(path, table, timing, width or film.WIDTH, trace, circuit)
         if (path := given.text("frame")) is not None:
-            at = float(table.time[0]) if start is None else start
+            at = float(film.instants(table)[0]) if start is None else start
+            at = at if mode is None else mode  # farthest out
             film.png(path, table, at, width or 2 * film.WIDTH, trace, circuit)
 
 

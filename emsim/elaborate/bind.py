@@ -270,7 +270,9 @@ def bind_machine_card(card: MachineCard, level: Level, models: Models) -> Machin
         elif key in ("shape", "look", "section") and isinstance(
             value, Call
         ):  # the card judges what it is called
-            params[key] = Call(value.fn, [Num(_number(a, level.scope), a.at) for a in value.args], value.at)
+            named = value.args[:1] if value.fn == "stl" else []  # a file, no number
+            numbers = [Num(_number(a, level.scope), a.at) for a in value.args[len(named) :]]
+            params[key] = Call(value.fn, [*named, *numbers], value.at)
         else:
             params[key] = bind_value(value, level.scope)
     wave = None if card.wave is None else bind_wave(card.wave, level.scope)

@@ -7,12 +7,15 @@ import os
 from ..build import read_file
 from ..deck import Deck, Dot, Include
 from ..diagnostics import Sink, did_you_mean, suggest
-from ..source import MOST_BYTES
+from ..expr import Call, Name
+from ..source import MOST_BYTES, read_bytes
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from ..deck import MachineCard
+    from ..readers.surface import Surface
     from ..source import SourceFile
 
 # what a bare name means where no such file lies beside the deck: servo.lib, pid.lib, ..
@@ -107,6 +110,46 @@ class Files:
             self.sink.error("E501", f"cannot read {given}: {error.strerror or error}", card.span, hint)
             return
         known.update({module.name.lower(): module for module in found})
+
+    def mesh(self, card: MachineCard, look: Call, known: dict[str, Surface]) -> None:
+        """The surface that `look=stl(file)` names, under the path that then stands for it; on failure the card loses it."""
+        from ..readers import stl, surface
+
+        place = card.param_spans["look"]
+        given = look.args[0].id if look.args and isinstance(look.args[0], Name) else ""
+        if not given or given[0] in "\"'{":
+            said = (
+                "stl(..) names a file" if not given else "the name of a file stands without quotes or braces"
+            )
+            self.sink.error(
+                "E232", said, place, "write look=stl(part.stl), in millimetres look=stl(part.stl,1m)"
+            )
+            del card.params["look"]
+            return
+        file = card.span.file
+        base = os.path.dirname(file.path) if file.path else "."
+        path = os.path.normpath(os.path.join(base, os.path.expanduser(given.replace("\0", ""))))
+        if path not in self.named:
+            self.named.append(path)
+        try:
+            if path not in known:
+                found = stl.triangles(read_bytes(path, regular=True))
+                # some 9 bytes each in a page, which is to stay below a megabyte, its engine included
+                if len(found) > 20_000:
+                    raise ValueError(f"it has {len(found):,} triangles, and 20,000 are the most")
+                known[path] = surface.welded(found)
+            card.params["look"] = Call(look.fn, [Name(path, look.args[0].at), *look.args[1:]], look.at)
+            return
+        except FileNotFoundError:
+            near = suggest(os.path.basename(path), _listing(os.path.dirname(path) or "."))
+            hint = (f"did you mean `{near}`?\n" if near else "") + f"looked for {path}"
+            self.sink.error("E501", f"there is no file {given}", place, hint)
+        except OSError as error:
+            self.sink.error("E501", f"cannot read {given}: {error.strerror or error}", place)
+        except ValueError as error:
+            hint = "a page of a megabyte holds no more; the program that wrote it can write it coarser"
+            self.sink.error("E158", f"{given}: {error}", place, hint if "the most" in str(error) else None)
+        del card.params["look"]
 
     def _too_much(self, card: Include, most: str) -> None:
         hint = "a file that several others need is included once, by the deck"

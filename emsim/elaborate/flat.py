@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from ..diagnostics import Sink, Span
     from ..elements import Element
     from ..opened import Opened
+    from ..readers.surface import Surface
     from ..source import SourceFile
 
 
@@ -28,6 +29,7 @@ class FlatDeck:
         self.models: dict[str, Model] = {}
         self.named: list[str] = []  # every file that was looked for: that of the deck
         self.modules: dict[str, Any] = {}  # of Verilog-A, from files that .hdl names
+        self.meshes: dict[str, Surface] = {}  # path -> what it shows, of files that look= names
         self.options: dict[str, float | str | bool] = {}
         self.option_spans: dict[str, Span] = {}
         self.params: dict[str, float] = {}  # of the top level

@@ -400,6 +400,8 @@ class _Flattener:
             bound, sources = bind_clocked(card, level)
         else:
             bound, sources = bind_machine_card(card, level, self.models), []
+            if isinstance(look := bound.params.get("look"), Call) and look.fn == "stl":
+                self.reader.mesh(bound, look, self.flat.meshes)
         if bound.name in self.machine_names:
             self.twice("mechanical thing", bound.name, self.machine_names[bound.name], bound.span)
             return

@@ -119,8 +119,10 @@ class Computing:
     def data(self) -> dict[str, Any]:
         """As the page's scripts take it (outputs/web/engine.js)."""
         model = b64encode(compress(self.packed, 9)).decode("ascii")
-        names = "inputs places grips hands switches mass measures accounts columns scene circuit"
-        return {"model": model, **{name: getattr(self, name) for name in names.split()}}
+        # the page has its surfaces already
+        scene = self.scene and {key: value for key, value in self.scene.items() if key != "meshes"}
+        names = "inputs places grips hands switches mass measures accounts columns circuit"
+        return {"model": model, "scene": scene, **{name: getattr(self, name) for name in names.split()}}
 
 
 def there() -> bool:

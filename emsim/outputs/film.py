@@ -20,7 +20,7 @@ from .glyphs import drawn
 from .glyphs.paper import called, named, paper
 from .numbers import written
 from .solid import Solids
-from .stage import Stage
+from .stage import Stage, instants
 from .vector import SvgPen
 
 try:
@@ -55,6 +55,20 @@ def mixed(colour: str, share: float, on: str = "back") -> str:
     return "#" + "".join(f"{round(share * a + (1 - share) * b):02x}" for a, b in parts)
 
 
+def swings(table: Table) -> bool:
+    """Is its machine drawn in its modes, one after the other?"""
+    return table.scene is not None and table.scene.axis is not None
+
+
+def called_mode(table: Table, at: float) -> str:
+    """The mode that the film is in: its frequency, or the rate of what does not swing."""
+    k = min(max(math.floor(at + 0.5), 1), len(table)) - 1
+    frequency, damping, rate = (float(table.column(word)[k]) for word in ("frequency", "damping", "rate"))
+    if frequency > 0:
+        return f"mode {k + 1}: {written(frequency, 'Hz', 4)}, damping {written(damping, '', 3)}"
+    return f"mode {k + 1}: rate {written(rate, '1/s', 4)}"
+
+
 class Timing:
     """The instants of the frames [s], and how long each of them stands [1/100 s]."""
 
@@ -66,16 +80,20 @@ class Timing:
     ) -> None:  # fmt: skip
         """`duration` in seconds of the film or `speed`; else .view speed=, else 4 to 10 s. Raises DeckError for
         an empty stretch and for more than MOST frames."""
-        first, last = float(table.time[0]), float(table.time[-1])
+        along = instants(table)
+        first, last = float(along[0]), float(along[-1])
         begin = first if start is None else max(first, start)
         end = last if stop is None else min(last, stop)
         if not begin < end:
             said = f"there is nothing to draw from {begin:g} to {end:g} s: time goes from {first:g} s to {last:g} s"
+            if swings(table):
+                said = f"there is no such mode: there are {len(table)}"
             deck_error("E349", said)
         span, delay = end - begin, max(2, round(100 / (fps or FPS)))
         if speed is None:
             viewed = table.scene.data["view"].get("speed") if table.scene is not None else None
-            wished = duration or min(max(span, SHORTEST), LONGEST)
+            # a mode swings twice
+            wished = duration or (2 * math.ceil(span) if swings(table) else min(max(span, SHORTEST), LONGEST))
             speed = (
                 viewed if isinstance(viewed, (int, float)) and viewed > 0 and not duration else span / wished
             )
@@ -144,7 +162,8 @@ def png(
 ) -> None:
     """Writes the machine at one instant [s], the `circuit` above it; PNG or SVG by the file's name. OSError; DeckError: no such
     point or time."""
-    first, last = float(table.time[0]), float(table.time[-1])
+    along = instants(table)
+    first, last = float(along[0]), float(along[-1])
     if not first <= t <= last:
         deck_error("E349", f"there is nothing to draw at {t:g} s: time goes from {first:g} s to {last:g} s")
     with replacing(path) as beside:
@@ -165,7 +184,7 @@ def _svg(table: Table, t: float, width: int, trace: str | None, circuit: bool) -
         above, room = moving.svg(t, width)
     if table.scene is None:
         return SvgPen((width, 0), 1.0, COLOURS, len).text(table.title, above, room)
-    camera = Camera(table, width, 1, trace, float(table.time[0]))
+    camera = Camera(table, width, 1, trace, float(instants(table)[0]))
     pen = SvgPen((camera.stage.width, camera.stage.height), camera.unit, COLOURS, camera.font.getlength)
     camera.draw(pen, t)
     return pen.text(table.title, above, room)
@@ -207,8 +226,10 @@ class Camera:
             hint = f"there are {', '.join(self.stage.points)}" if self.stage.points else None
             deck_error("E356", f"no point to trace is called `{trace}`", hint=hint)
         self.traced = self.stage.points.get(trace)
-        self.solids = None if self.stage.planar else Solids(self.stage)
+        self.solids = Solids(self.stage) if self.stage.solid else None
         self.begin = begin
+        self.rests = table.axis is None
+        self.modes = table if swings(table) else None
         face = join(get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
         self.font = ImageFont.truetype(face, round(11 * self.unit))
 
@@ -232,7 +253,8 @@ class Camera:
         drawn(stage, pen)
         if self.solids is not None:
             called(stage, pen)
-        said = f"t = {written(t, 's', 4)}"
+        said = f"t = {written(t, 's', 4)}" if self.modes is None else called_mode(self.modes, t)
+        said = "at rest" if self.rests else said
         pen.write(stage.width / 2, stage.height - 8 * self.unit, said, "ink", anchor="ms")
 
 
@@ -286,6 +308,24 @@ class Pen:
         """A filled shape with its outline."""
         self._draw.polygon(self._up(points), COLOURS[fill])
         self.line([*points, points[0]], edge, width)
+
+    def area(self, loops: Sequence[Sequence[Point]], fill: str, edge: str, width: float) -> None:
+        """What closed loops wind about, filled, with the loops."""
+        wide, tall = self._image.size
+        wound = np.zeros((tall, wide), np.int16)
+        for corners in map(self._up, loops):
+            xs, ys = zip(*corners, strict=True)
+            left, top = max(0, math.floor(min(xs))), max(0, math.floor(min(ys)))
+            right, bottom = min(wide, math.ceil(max(xs)) + 1), min(tall, math.ceil(max(ys)) + 1)
+            if left >= right or top >= bottom:
+                continue
+            inside = Image.new("1", (right - left, bottom - top))
+            ImageDraw.Draw(inside).polygon([(x - left, y - top) for x, y in corners], 1)
+            turn = sum(p[0] * q[1] - p[1] * q[0] for p, q in pairwise([*corners, corners[0]]))
+            wound[top:bottom, left:right] += np.int16(np.sign(turn)) * np.asarray(inside)
+        self._image.paste(COLOURS[fill], (0, 0), Image.fromarray((255 * (wound != 0)).astype(np.uint8), "L"))
+        for loop in loops:
+            self.line([*loop, loop[0]], edge, width)
 
     def circle(
         self, at: Point, r: float, fill: str | None, edge: str, width: float, alpha: float = 1.0

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
     from ..diagnostics import Diagnostic
     from ..outcome import Outcome
+    from ..readers.surface import Surface
     from ..store import Scene
     from ..table import Table
 
@@ -173,12 +174,15 @@ def document(
     others = [t for t in result.plots if t is not table and len(t)]
     run: dict[str, Any] = {"title": result.title or "emsim", "printed": bool(result.prints), "scene": None}
     pictures: list[str] = []
-    run["others"] = [{**_drawings(t, most / 16, pictures), **_plot(result, t, most / 8)} for t in others]
+    meshes: list[Surface] = []
+    run["others"] = [
+        {**_drawings(t, most / 16, pictures, meshes), **_plot(result, t, most / 8)} for t in others
+    ]
     if table.energy is not None and table.axis and len(table) > 1:
         run["energy"] = _energy(table.energy)
         sheets = [("energy", "Energy", ""), *sheets]
-    run.update(_drawings(table, most / 4, pictures))
-    run["pictures"] = pictures
+    run.update(_drawings(table, most / 4, pictures, meshes))
+    run["pictures"], run["meshes"] = pictures, [*map(_mesh, meshes)]
     run["sheets"] = list(sheets)
     # what the rest leaves
     room = max(most - len(dumps(run)), most / 4) if most < inf else most
@@ -217,7 +221,7 @@ def _plot(result: Outcome, table: Table, most: float) -> dict[str, Any]:
     return run
 
 
-def _drawings(table: Table, most: float, pictures: list[str]) -> dict[str, Any]:
+def _drawings(table: Table, most: float, pictures: list[str], meshes: list[Surface]) -> dict[str, Any]:
     """Machine and circuit beside a table, or beside each run of a deck with .step, from which row on it stands in the table."""
     own = table.courses() if table.circuit is None and table.scene is None else [table]
     drawn, first = [t for t in own if t.scene is not None or t.circuit is not None], 0
@@ -228,14 +232,16 @@ def _drawings(table: Table, most: float, pictures: list[str]) -> dict[str, Any]:
                 {
                     "first": first,
                     "rows": len(t),
-                    **_drawing(t, most / len(drawn), FRAMES // len(drawn), pictures, t is table),
+                    **_drawing(t, most / len(drawn), FRAMES // len(drawn), pictures, meshes, t is table),
                 }
             )
         first += len(t)
     return {"runs": found} if len(own) > 1 and found else found[0] if found else {}
 
 
-def _drawing(table: Table, most: float, count: int, pictures: list[str], whole: bool) -> dict[str, Any]:
+def _drawing(
+    table: Table, most: float, count: int, pictures: list[str], meshes: list[Surface], whole: bool
+) -> dict[str, Any]:
     """`whole`: the page has the columns of this table, and these are not sent twice."""
     if not len(table):
         return {}
@@ -248,6 +254,8 @@ def _drawing(table: Table, most: float, count: int, pictures: list[str], whole: 
         own = axis if table.scene.axis is None else table.scene.axis
         kept = rows if table.scene.axis is None else frames(own, max(count, LEAST))
         found["scene"] = _scene(table.scene, own, kept, most)
+        found["scene"]["meshes"] = [*range(len(meshes), len(meshes) + len(table.scene.data["meshes"]))]
+        meshes += table.scene.data["meshes"]
     if table.circuit is not None:
         known = [] if not whole or any(map(table.is_complex, range(len(table.names)))) else table.signals
         found["circuit"] = _circuit(table.circuit, axis, rows, known, most, pictures)
@@ -273,6 +281,15 @@ def inflated(text: str) -> str:
 
 def _deflated(text: str) -> str:
     return b64encode(compress(text.encode(), 9)).decode("ascii")
+
+
+def _mesh(surface: Surface) -> dict[str, Any]:
+    """Points in whole steps, the coordinates one after the other; faces as how far each number is from the one three before."""
+    points = array("H", surface.points.T.tobytes())
+    flat = surface.faces.ravel().tolist()
+    ahead = array("i", (k - j for k, j in zip(flat, [0, 0, 0, *flat], strict=False)))
+    return {"points": pack(points), "count": len(surface.points), "faces": pack(ahead), "corners": len(flat),
+            "low": surface.low.tolist(), "step": surface.step}  # fmt: skip
 
 
 def _columns(table: Table, starts: Sequence[int], most: float) -> dict[str, Any]:

@@ -23,7 +23,7 @@ class Solids:
     def __init__(self, stage: Stage) -> None:
         self.stage = stage
         self.parts = []
-        for part in solids(stage.shapes, stage.size):
+        for part in solids(stage.shapes, stage.size, stage.planar):
             faces = part["faces"]
             # fans of triangles: numbers of their points, and of their corners among the corners of all faces
             fans, first = [], 0

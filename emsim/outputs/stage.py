@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from .glyphs.extent import extents, walled
+from .glyphs.mesh import sewn
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -40,6 +41,23 @@ class Pose:
             self.origin, self.turn = np.array(values[:3]), np.reshape(values[3:], (3, 3))
 
 
+def instants(table: Table) -> np.ndarray:
+    """What a film goes along: the time [s], of a machine that swings in its modes the number of the mode; 0 of one that rests."""
+    own = None if table.scene is None else table.scene.axis
+    if own is not None:
+        return np.frombuffer(own)
+    return np.zeros(1) if table.axis is None and len(table) == 1 else table.time
+
+
+def _meshed(shape: dict[str, Any], data: dict[str, Any]) -> dict[str, Any]:
+    """A shape, with the points and faces of its surface."""
+    if "mesh" not in shape:
+        return shape
+    surface = data["meshes"][shape["mesh"]]
+    points, faces = surface.places(), surface.faces.tolist()
+    return {**shape, "points": points, "faces": faces, **sewn(points, faces)}
+
+
 class Stage:
     """Shapes and camera. `at(t)` sets the instant; then `value`, `share`, `world` and `place` speak of it.
 
@@ -50,12 +68,14 @@ class Stage:
     def __init__(self, table: Table, width: int) -> None:
         assert table.scene is not None
         data: dict[str, Any] = table.scene.data
-        self.shapes: list[dict[str, Any]] = data["shapes"]
+        self.shapes: list[dict[str, Any]] = [_meshed(s, data) for s in data["shapes"]]
         self.points: dict[str, Place] = {p["name"]: p["at"] for p in data["points"]}
         self.view: dict[str, Any] = data["view"]
         self.arrows = True
         self.gravity, self.planar, self._bodies = data["gravity"], data["planar"], data["bodies"]
-        self.time = table.time
+        # .view solid=yes: bodies in the plane have thickness and light
+        self.solid = not self.planar or self.view.get("solid") == "yes"
+        self.time = instants(table)
         waves = table.scene.waves
         self._columns = [np.frombuffer(waves.column(k)) for k in range(waves.columns)]
         self.largest = [float(np.max(np.abs(c), where=np.isfinite(c), initial=0.0)) for c in self._columns]

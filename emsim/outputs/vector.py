@@ -62,6 +62,9 @@ class SvgPen:
     def polygon(self, points: Sequence[Point], fill: str, edge: str, width: float) -> None:
         self._add(f'path d="{_path(points)}Z"', fill, edge, width)
 
+    def area(self, loops: Sequence[Sequence[Point]], fill: str, edge: str, width: float) -> None:
+        self._add(f'path d="{"".join(_path(loop) + "Z" for loop in loops)}"', fill, edge, width)
+
     def circle(
         self, at: Point, r: float, fill: str | None, edge: str, width: float, alpha: float = 1.0
     ) -> None:

@@ -115,13 +115,16 @@ def _thin(x: Any, y: Any) -> list[tuple[float, float]]:
 
 def _picture(table: Table, height: int) -> Callable[[float], Image.Image] | None:
     """Machine or circuit in the tile's width and so much height; None where neither is drawn."""
-    first, last = (float(table.time[0]), float(table.time[-1])) if table.kind == "tran" else (0.0, 0.0)
+    moves = table.kind == "tran" or film.swings(table)
+    along = film.instants(table) if moves else (0.0, 0.0)
+    first, last = float(along[0]), float(along[-1])
     drawn = (
         None
         if table.circuit is None or "refused" in table.circuit.data
         else table.circuit.data["pictures"][""]
     )
-    if table.scene is not None and table.kind == "tran" and len(table) > 1:
+    rests = table.axis is None and len(table) == 1
+    if table.scene is not None and (rests or (moves and len(along) > 1)):
         whole = film.Stage(table, WIDTH)
         width = min(WIDTH, math.floor(WIDTH * height / whole.height))
         # signs of motors and sensors have a least size: a plane machine is drawn as large as in films

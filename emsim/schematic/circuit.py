@@ -15,6 +15,7 @@ from ..expr import Call, Name, Node
 from . import coils, symbols
 from .boxes import ABOVE, BELOW, amplifier, gives, sides
 from .labels import Labels
+from .patterns import ladders
 from .reads import GROUND, amplifies, reads, terminals
 from .words import broken, listed, quantity
 
@@ -100,6 +101,7 @@ class Circuit:
             for j, net in enumerate(part.nets):
                 self.pins.setdefault(net, []).append((k, j))
         self._follow()
+        self.ladders = ladders(self)
         self.rails = self._rails()
         self.read &= set(self.pins)
         self.named = (self.read | self._asked()) & set(self.pins)
@@ -333,9 +335,11 @@ class Circuit:
     def _rails(self) -> dict[str, bool]:
         """Nets that are drawn as rails: True for one above ground, False for one below."""
         found: dict[str, bool] = {}
+        bits = {self.parts[k].name for ladder in self.ladders for k in ladder.drivers.values()}
         active = any(p.role in ("transistor", "amplifier") for p in self.parts)
         for part in self.parts:
-            if part.kind != "voltage" or (part.nets[1] != "0" and part.nets[0] != "0"):
+            grounded = "0" in part.nets[:2]
+            if part.kind != "voltage" or not grounded or part.name in bits:
                 continue
             net, sign = (part.nets[0], 1) if part.nets[1] == "0" else (part.nets[1], -1)
             e = next(e for e in self.flat.elements if e.name == part.name)

@@ -233,6 +233,8 @@ class Layout:
             return [(t, 0) for t in upright] + [(t, 26) for t in lying]
         stands = self.order.falls(part)
         high = 0 if stands >= 0 else 1
+        if part.name in self.order.patterns.standing:
+            return [(upright[high], 0)]
         return [(upright[high], 0 if stands else 7), (upright[1 - high], 16 if stands else 7)] + [
             (t, 12 if stands else 0) for t in lying
         ]

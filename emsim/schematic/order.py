@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from itertools import combinations, pairwise, permutations, product
 
+from .patterns import Patterns
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,13 +30,16 @@ class Order:
         self.fixed = {"0"} | set(circuit.rails)
         self.near = self._distances()
         self.heights = self._heights()
-        self.mirrored: dict[str, bool] = {}
+        self.patterns = Patterns(circuit)
+        self.mirrored = dict(self.patterns.mirrored)
         self.pairs = self._pairs()
 
     # ---- how a part stands ----
 
     def falls(self, part: Part) -> int:
         """1 or -1 where the voltage falls along a part, from its first pin or towards it, so that it stands; else 0."""
+        if (stands := self.patterns.standing.get(part.name)) is not None:
+            return stands
         if part.kind in ("diode", "switch") and (leg := self._leg(part)) is not None:
             return leg[0]
         if part.kind == "capacitor" or not self.circuit.rails:
@@ -158,7 +163,9 @@ class Order:
     # ---- wishes ----
 
     def wishes(self, hints: list[Hint]) -> list[Wish]:
-        found = [*self._along(), *self._stages(), *self._stacks(), *self._bridges()]
+        alone = (*self._along(), *self._stages(), *self._stacks())
+        found = [wish for wish in alone if not self.patterns.settled(wish[1], wish[2])]
+        found += [*self._bridges(), *self.patterns.wishes]
         names = {p.name: k for k, p in enumerate(self.circuit.parts)}
         for what, a, b in hints:
             if a in names and b in names:

@@ -21,7 +21,7 @@ DECKS = [
     "coupled/pendulum_servo", "coupled/slider_crank_hbridge", "coupled/voice_coil", "lessons/05_gear", "lessons/06_pot",
     "mechanical/ref_andrews_squeezer", "mechanical/lead_screw", "mechanical/ref_four_bar", "mechanical/car_differential",
     "mechanical/block_and_tackle", "mechanical/peg_pendulum", "coupled/winch_crane",
-    "mechanical/flexible_pendulum",
+    "mechanical/flexible_pendulum", "coupled/relay", "coupled/saturating_magnet", "coupled/es_switch",
 ]  # fmt: skip
 BENCH = """what the decks leave out
 .gravity 9.81
@@ -36,6 +36,7 @@ BODY globe m=1 look=ball(0.03)
 BODY tyre m=1 j=1m look=wheel(0.05)
 BODY cog m=1 j=1m look=gear(0.05,17)
 BODY van m=1 look=wagon(0.1,0.04)
+BODY part m=1 j=1m look=stl(nut.stl,1m)
 SHAPE foot 0 polygon(0.5,-0.4,0.7,-0.4,0.6,-0.3)
 JOINT ice 0 skate planar ic=(0.6,-0.3,20deg)
 KNIFE blade skate 0 along=(1,0)
@@ -49,6 +50,7 @@ JOINT thrown 0(0.2,0.3) globe slide ic=(0,0.1)
 JOINT hub 0(0.6,0.4) tyre pin ic=(0,3)
 JOINT spindle 0(0.75,0.4) cog pin ic=(0,2)
 JOINT road 0(0.3,0.5) van slide ic=(0,0.2)
+JOINT hung 0(0.5,0.1) part pin ic=(0.3,2)
 BELT b1 axle shaft r1=0.05 r2=0.1 k=100
 STOP s1 hinge min=-60deg max=60deg k=100
 STOP s2 rail min=-0.05 max=0.05 k=1k
@@ -73,7 +75,7 @@ Ra a va 10
 """
 RECORD = """(t) => {
     const m = window.emsim.machine, calls = [], pen = { unit: 1 }, { shapes } = m.scene;
-    for (const name of ["line", "polygon", "circle", "arc", "head", "label", "write", "keep_off"])
+    for (const name of ["line", "polygon", "area", "circle", "arc", "head", "label", "write", "keep_off"])
         pen[name] = (...args) => calls.push([name, ...args]);
     window.emsim.clock.t = t;
     m.draw();
@@ -82,6 +84,22 @@ RECORD = """(t) => {
         for (const s of shapes) if (drawn.GLYPHS[s.kind]?.[0] === layer) drawn.GLYPHS[s.kind][1](m, pen, s);
     return { calls, width: m.width, height: m.height, scale: m.scale, middle: m.middle, kinds: shapes.map((s) => s.kind) }; }"""
 CLOSE = 0.25  # px: columns of a page are float32, and thinned where they are many
+
+
+def nut() -> str:
+    """A hexagon with a square hole in an STL file [mm]."""
+    rings = [
+        [(r * math.cos(2 * math.pi * k / 12), r * math.sin(2 * math.pi * k / 12)) for k in range(12)]
+        for r in (30, 12)
+    ]
+    lines = ["solid nut"]
+    for k in range(12):
+        (a, b), (d, c) = ((ring[k], ring[(k + 1) % 12]) for ring in rings)
+        for z, p, q, r, s in ((5, a, b, c, d), (-5, d, c, b, a)):
+            for corners in ((p, q, r), (p, r, s)):
+                lines += ["facet normal 0 0 0", "outer loop"]
+                lines += [f"vertex {x!r} {y!r} {z}" for x, y in corners] + ["endloop", "endfacet"]
+    return "\n".join([*lines, "endsolid"])
 
 
 class Recorder:
@@ -117,7 +135,12 @@ def seen() -> set[str]:
 def test_films_and_the_page_draw_the_same_strokes(
     name: str, tmp_path: Path, visit: Any, seen: set[str]
 ) -> None:
-    result = pipeline.run(BENCH if name == "bench" else str(ROOT / f"{name}.cir"), scene=True)
+    deck = ROOT / f"{name}.cir"
+    if name == "bench":
+        deck = tmp_path / "bench.cir"
+        deck.write_text(BENCH)
+        (tmp_path / "nut.stl").write_text(nut())
+    result = pipeline.run(str(deck), scene=True)
     path = tmp_path / "page.html"
     html.write(str(path), result)
     table, page = result.main, visit(path)

@@ -143,6 +143,46 @@ def test_a_planar_machine_has_no_perspective(page_of: Any) -> None:
     assert not page.is_visible("#perspective") and page.evaluate("() => !window.emsim.machine.solids")
 
 
+def test_a_planar_machine_is_seen_straight_on_as_solids(page_of: Any) -> None:
+    """By a switch: as many parts as a film has, at the places that the flat picture has; what hides what is the bodies' order."""
+    deck = str(ROOT / "coupled/slider_crank_hbridge.cir")
+    page = page_of(deck)
+    where = "() => window.emsim.machine.scene.points.map((p) => window.emsim.machine.place(p.at))"
+    page.evaluate("() => { const { clock } = window.emsim; clock.play(false); clock.set(0.02); }")
+    flat = page.evaluate(where)
+    page.check("#solid")
+    page.wait_for_function("() => window.emsim.machine.solids?.depth")
+    assert page.evaluate(where) == flat and page.is_hidden("#perspective")
+    stage = Stage(pipeline.run(deck, scene=True).main, 480)
+    assert not stage.solid
+    assert page.evaluate("() => window.emsim.machine.solids.parts.length") == len(Solids(stage).parts)
+    ends = page.evaluate(
+        """() => { const m = window.emsim.machine;
+            return m.scene.shapes.filter((s) => s.kind === "rod").map((s) => [m.place(s.at),
+                m.place([s.at[0], s.at[1] + s.sizes[0] / 2, ...s.at.slice(2)])]); }"""
+    )
+    assert ends
+    for _, (x, y) in ends:
+        assert np.isfinite(depth(page, round(2 * x), round(2 * y))), "half way along a bar there is the bar"
+    page.uncheck("#solid")
+    page.wait_for_function("() => !window.emsim.machine.solids")
+
+
+def test_a_deck_may_ask_for_solids(page_of: Any) -> None:
+    deck = (
+        "t\nBODY a m=1 shape=box(0.2,0.1)\nBODY b m=1 shape=polygon(0,0,0.1,0,0,0.1)\n"
+        "JOINT j 0 a slide\nJOINT k 0(0,0.02) b pin\nDRIVE d j qd={1m}\nDRIVE e k qd={0}\n"
+        ".view solid=yes\n.tran 1m 10m\n.end\n"
+    )
+    page = page_of(deck)
+    assert page.is_checked("#solid") and page.evaluate("() => !!window.emsim.machine.solids")
+    stage = Stage(pipeline.run(deck, scene=True).main, 480)
+    assert stage.solid
+    pixels, there = Solids(stage).draw(1, lambda name: (0, 0, 200) if name == "body" else (200, 0, 0))
+    x, y = (round(v) for v in stage.place([2, 0.02, 0.06, 0]))
+    assert there[y, x] and pixels[y, x, 2] > pixels[y, x, 0], "the polygon lies on the box"
+
+
 def test_one_finger_turns_a_spatial_machine(page_of: Any) -> None:
     page = page_of(PLATES)
     before = page.evaluate("() => [window.emsim.machine.yaw, window.emsim.machine.pitch]")
@@ -233,21 +273,33 @@ def test_a_card_that_the_processor_plays_is_not_used(page_of: Any) -> None:
     assert page.evaluate("() => Lit.gl === null && window.emsim.machine.solids.depth.length > 0")
 
 
-def test_a_screw_has_its_thread_and_a_body_its_looks(page_of: Any) -> None:
+CORNER = ((0, 0, 0), (30, 0, 0), (0, 20, 0), (0, 0, 10))
+
+
+def test_a_screw_has_its_thread_and_a_body_its_looks(page_of: Any, tmp_path: Path) -> None:
     """Meshes that films have, by the page's own text: as many points, in the same places."""
+    faces = [[CORNER[k] for k in face] for face in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))]
+    said = "".join(
+        "facet normal 0 0 0 outer loop "
+        + " ".join("vertex {} {} {}".format(*p) for p in face)
+        + " endloop endfacet\n"
+        for face in faces
+    )
+    (tmp_path / "corner.stl").write_text(f"solid corner\n{said}endsolid")
     deck = (
         "t\n.gravity 0 0 -9.81\nBODY nut m=1 j=(1m,1m,1m)\nJOINT s 0 nut screw axis=(0,0,1) lead=-20m\n"
         "BODY a m=1 j=(1m,1m,1m) look=gear(0.05,17)\nBODY b m=1 j=(1m,1m,1m) look=wheel(0.05)\n"
         "BODY c m=1 j=(1m,1m,1m) look=ball(0.05)\nBODY d m=1 j=(1m,1m,1m) look=wagon(0.1,0.05)\n"
         "JOINT ja 0(0.2,0) a pin\nJOINT jb 0(0.4,0) b pin\nJOINT jc 0(0.6,0) c pin\nJOINT jd 0(0.8,0) d slide\n"
-        ".tran 1m 20m\n.end\n"
+        "BODY e m=1 j=(1m,1m,1m) look=stl(corner.stl,1m)\nJOINT je 0(1,0) e pin\n.tran 1m 20m\n.end\n"
     )
-    page = page_of(deck)
+    (tmp_path / "deck.cir").write_text(deck)
+    page = page_of(str(tmp_path / "deck.cir"))
     there = page.evaluate(
         """() => window.emsim.machine.solids.parts.map((p) => [p.colour, p.points.length,
             p.points.flat().reduce((sum, v) => sum + Math.abs(v), 0)])"""
     )
-    stage = Stage(pipeline.run(deck, scene=True).main, 480)
+    stage = Stage(pipeline.run(str(tmp_path / "deck.cir"), scene=True).main, 480)
     here = [[p[0]["colour"], len(p[1]), float(np.abs(p[1]).sum())] for p in Solids(stage).parts]
     assert [one[:2] for one in there] == [one[:2] for one in here]
     assert [one[2] for one in there] == pytest.approx([one[2] for one in here], rel=1e-3)

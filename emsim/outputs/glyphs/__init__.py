@@ -21,6 +21,7 @@ from .gear import gear
 from .joint import joint
 from .knife import knife
 from .looks import ball, spoked, toothed_body, wagon
+from .mesh import mesh
 from .motor import motor
 from .polygon import polygon
 from .pot import pot
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 GLYPHS: dict[str, Glyph] = {
     "rod": (0, rod), "box": (0, box), "disc": (0, disc), "polygon": (0, polygon), "bones": (0, bones),
     "ball": (0, ball), "wheel": (0, spoked), "toothed": (0, toothed_body), "wagon": (0, wagon),
+    "mesh": (0, mesh),
     "joint": (1, joint), "spring": (1, elastic), "damper": (1, elastic), "gear": (0, gear), "belt": (1, belt), "cam": (0, cam),
     "stop": (1, stop), "contact": (1, contact), "ratio": (1, ratio), "knife": (1, knife), "rope": (1, rope), "beam": (0, beam),
     "friction": (1, friction),
@@ -50,15 +52,15 @@ GLYPHS: dict[str, Glyph] = {
     "transducer": (2, transducer),
 }  # fmt: skip
 PAGES = ("written", "rounded")  # of web/data.js; ours are in ../numbers.py
-SHARED = ("marks", "meshes", "paper", "extent", "solids")
+SHARED = ("marks", "meshes", "paper", "extent", "solids", "mesh")
 
 
 def drawn(m: Scene, pen: Pen) -> None:
-    """All shapes, bodies first; in space those that are no solids."""
+    """All shapes, bodies first; beside solids those that are none."""
     for layer in (0, 1, 2):
         for shape in m.shapes:
             own, draw = GLYPHS.get(shape["kind"], (3, None))
-            if own == layer and draw is not None and not is_solid(m.planar, shape):
+            if own == layer and draw is not None and not (m.solid and is_solid(shape)):
                 draw(m, pen, shape)
 
 
@@ -70,9 +72,9 @@ def script() -> str:
 
     functions = {draw.__name__: draw.__module__.rpartition(".")[2] for _, draw in GLYPHS.values()}
     sources = []
-    for name in (*SHARED, *sorted(set(functions.values()))):
+    for name in dict.fromkeys((*SHARED, *sorted(functions.values()))):
         with open(join(dirname(__file__), name + ".py"), encoding="utf-8") as file:
             sources.append(file.read())
     table = ", ".join(f"{kind}: [{layer}, {draw.__name__}]" for kind, (layer, draw) in GLYPHS.items())
-    shared = "paper, called, named, extents, walled, solids, is_solid, across, cross, normals"
+    shared = "paper, called, named, extents, walled, solids, is_solid, across, cross, normals, sewn"
     return f"const drawn = {translated(sources, '{ GLYPHS: { ' + table + ' }, ' + shared + ' }', PAGES)};"

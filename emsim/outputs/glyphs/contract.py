@@ -30,6 +30,8 @@ class Scene(Protocol):
     @property
     def planar(self) -> bool: ...
     @property
+    def solid(self) -> bool: ...  # what can be is drawn as a solid
+    @property
     def follow(self) -> bool: ...  # the camera goes with the machine
     @property
     def middle(self) -> Sequence[float]: ...  # of the picture, on its plane [m]
@@ -64,6 +66,9 @@ class Pen(Protocol):
         self, points: Sequence[Point], colour: str, width: float, dash: float = 0.0, alpha: float = 1.0
     ) -> None: ...
     def polygon(self, points: Sequence[Point], fill: str, edge: str, width: float) -> None: ...
+    def area(
+        self, loops: Sequence[Sequence[Point]], fill: str, edge: str, width: float
+    ) -> None: ...  # what closed loops wind about, and the loops
     def circle(
         self, at: Point, r: float, fill: str | None, edge: str, width: float, alpha: float = 1.0
     ) -> None: ...

@@ -6,6 +6,7 @@ import math
 
 from .marks import moved
 from .solids import spread
+from .transducer import ahead, shut
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -30,6 +31,11 @@ def extents(shapes: list[Shape]) -> list[list[Any]]:
             h = sizes[1] if len(sizes) > 1 else sizes[0]
             for i, j in CORNERS:
                 found.append([moved(s["at"], i * sizes[0], j * h), 0.0])
+        elif kind == "mesh":
+            for x in [0, 1]:
+                for y in [0, 1]:
+                    for z in [0, 1]:
+                        found.append([moved(s["at"], s["box"][x][0], s["box"][y][1], s["box"][z][2]), 0.0])
         elif kind == "wagon":
             found.append([moved(s["at"], sizes[0] / 2, sizes[1] / 2), 0.0])
             found.append([moved(s["at"], -sizes[0] / 2, -0.85 * sizes[1]), 0.0])
@@ -59,6 +65,10 @@ def extents(shapes: list[Shape]) -> list[list[Any]]:
             a, b = s["first"]["a"], s["second"]["a"]
             for place in [a, b]:
                 found.append([place, 0.8 * math.hypot(a[1] - b[1], a[2] - b[2])])
+        if kind == "transducer" and s.get("closed") is not None:
+            size = ahead(s, shapes)
+            for way in [-1, 1]:
+                found.append([moved(shut(s), *[way * size[0] * e for e in s["axis"]]), size[1]])
         if kind == "beam":
             for node in s["nodes"]:
                 found.append([node, 0.0])

@@ -68,7 +68,18 @@ def standing(m: Scene, pen: Pen) -> None:
 def called(m: Scene, pen: Pen) -> None:
     """Names of what is drawn as a solid."""
     for s in m.shapes:
-        if s["kind"] in ["rod", "box", "disc", "bones", "ball", "wheel", "toothed", "wagon"]:
+        if s["kind"] in [
+            "rod",
+            "box",
+            "disc",
+            "polygon",
+            "bones",
+            "ball",
+            "wheel",
+            "toothed",
+            "wagon",
+            "mesh",
+        ]:
             at = m.place(s["at"])
             if s["kind"] == "rod":
                 end = m.place([s["at"][0], s["at"][1] + s["sizes"][0], s["at"][2], s["at"][3]])

@@ -27,45 +27,96 @@ if TYPE_CHECKING:
 THICK = 0.016  # of the scene's size: radius of a bar that has no width
 
 
-def solids(shapes: list[Shape], size: float) -> list[Any]:
-    """Those of a scene; `size`: of the room that it needs [m]."""
-    found = []
+def solids(shapes: list[Shape], size: float, planar: bool) -> list[Any]:
+    """Those of a scene; `size`: of the room that it needs [m]. In a planar one bodies lie on one another in their order, as the
+    bars of a linkage do, and joints on the bodies that they join."""
+    found: list[Any] = []
     t = THICK * size
+    most = 1.0
     for s in shapes:
-        kind = s["kind"]
-        if kind == "rod":
-            r = max(t, s["sizes"][1] / 2 if len(s["sizes"]) > 1 else 0.0)
-            found.append(solid(s["at"], cylinder([0, 0, 0], [s["sizes"][0], 0, 0], r), "body"))
-        elif kind == "box":
-            w, h = s["sizes"][0], s["sizes"][1] if len(s["sizes"]) > 1 else s["sizes"][0]
-            d = s["sizes"][2] if len(s["sizes"]) > 2 else 0.4 * min(w, h)
-            found.append(solid(s["at"], block([w / 2, 0, 0], [0, h / 2, 0], [0, 0, d / 2]), "body"))
-        elif kind == "disc":
-            wheel_of(found, s["at"], [0, 0, 1], s["sizes"][0], t)
-        elif kind in ["ball", "wheel", "toothed", "wagon"]:
-            look_of(found, s, shapes)
-        elif kind == "bones":
-            bones_of(found, s, shapes, t)
-        elif kind == "joint":
-            joint_of(found, s, size, t)
-        elif (
-            kind == "contact"
-            and s["axis"]
-            and not any(b["kind"] == "wheel" and b["at"][0] == s["p"][0] for b in shapes)
-        ):
-            wheel_of(found, s["p"], s["axis"], s["r"], t)
-        elif kind == "spring" and "p" in s:
-            found.append(strut(s["p"], s["q_"], coiled(2.2 * t, 0.4 * t), "coil"))
-        elif kind == "damper" and "p" in s:
-            found.append(strut(s["p"], s["q_"], cylinder([0, 0, 0], [0.55, 0, 0], 1.5 * t), "ground"))
-            found.append(strut(s["p"], s["q_"], cylinder([0.5, 0, 0], [1, 0, 0], 0.6 * t), "ground"))
+        most = max(most, topmost(s))
+    layer = min(t, 0.3 * size / most)
+    for s in shapes:
+        first = len(found)
+        if not planar:
+            solids_of(found, s, shapes, size, t)
+        elif s["kind"] == "bones" and (s["hidden"] or s.get("round")):
+            # what its gear or its cam draws is none; what touches by a circle is a wheel
+            if not s["hidden"]:
+                wheel_of(found, s["at"], [0, 0, 1], s["round"], t)
+        else:
+            solids_of(found, s, shapes, size, t)
+        if planar:
+            for part in found[first : len(found)]:
+                raise_by(part, layer * topmost(s) + (t if s["kind"] == "joint" else 0.0))
     return found
 
 
-def is_solid(planar: bool, s: Shape) -> bool:
+def topmost(s: Shape) -> float:
+    """The last of the bodies that it is on."""
+    found = 0.0
+    for key in ["at", "a", "b", "p", "q_"]:
+        if isinstance(s.get(key), list):
+            found = max(found, s[key][0])
+    return found
+
+
+def raise_by(part: Any, z: float) -> None:
+    if "at" in part:
+        part["at"] = moved(part["at"], 0.0, 0.0, z)
+    else:
+        part["from"], part["to"] = moved(part["from"], 0.0, 0.0, z), moved(part["to"], 0.0, 0.0, z)
+
+
+def solids_of(found: list[Any], s: Shape, shapes: list[Shape], size: float, t: float) -> None:
+    kind = s["kind"]
+    if kind == "rod":
+        r = max(t, s["sizes"][1] / 2 if len(s["sizes"]) > 1 else 0.0)
+        found.append(solid(s["at"], cylinder([0, 0, 0], [s["sizes"][0], 0, 0], r), "body"))
+    elif kind == "box":
+        w, h = s["sizes"][0], s["sizes"][1] if len(s["sizes"]) > 1 else s["sizes"][0]
+        d = s["sizes"][2] if len(s["sizes"]) > 2 else 0.4 * min(w, h)
+        found.append(solid(s["at"], block([w / 2, 0, 0], [0, h / 2, 0], [0, 0, d / 2]), "body"))
+    elif kind == "disc":
+        wheel_of(found, s["at"], [0, 0, 1], s["sizes"][0], t)
+    elif kind in ["ball", "wheel", "toothed", "wagon"]:
+        look_of(found, s, shapes)
+    elif kind == "mesh":
+        found.append(solid(s["at"], [s["points"], s["faces"], s["edges"]], "body"))
+    elif kind == "polygon":
+        plate_of(found, s)
+    elif kind == "bones":
+        bones_of(found, s, shapes, t)
+    elif kind == "joint":
+        joint_of(found, s, size, t)
+    elif (
+        kind == "contact"
+        and s["axis"]
+        and not any(b["kind"] == "wheel" and b["at"][0] == s["p"][0] for b in shapes)
+    ):
+        wheel_of(found, s["p"], s["axis"], s["r"], t)
+    elif kind == "spring" and "p" in s:
+        found.append(strut(s["p"], s["q_"], coiled(2.2 * t, 0.4 * t), "coil"))
+    elif kind == "damper" and "p" in s:
+        found.append(strut(s["p"], s["q_"], cylinder([0, 0, 0], [0.55, 0, 0], 1.5 * t), "ground"))
+        found.append(strut(s["p"], s["q_"], cylinder([0.5, 0, 0], [1, 0, 0], 0.6 * t), "ground"))
+
+
+def plate_of(found: list[Any], s: Shape) -> None:
+    """A polygon with a thickness, its corners counter-clockwise."""
+    corners = [[p[1] - s["at"][1], p[2] - s["at"][2], 0.0] for p in s["to"]]
+    w = max(*[p[0] for p in corners]) - min(*[p[0] for p in corners])
+    h = max(*[p[1] for p in corners]) - min(*[p[1] for p in corners])
+    found.append(solid(s["at"], prism(corners, [0.0, 0.0, 0.2 * min(w, h)], 0.02 * min(w, h)), "body"))
+
+
+def is_solid(s: Shape) -> bool:
     """Is it drawn as a solid, and by no glyph?"""
-    bodies = s["kind"] in ["rod", "box", "disc", "bones", "joint", "ball", "wheel", "toothed", "wagon"]
-    return not planar and (bodies or (s["kind"] in ["spring", "damper"] and "p" in s))
+    if s["kind"] in ["spring", "damper"]:
+        return "p" in s
+    return s["kind"] in [
+        "rod", "box", "disc", "polygon", "bones", "joint", "ball", "wheel", "toothed", "wagon", "mesh",
+    ]  # fmt: skip
 
 
 def solid(at: Place, mesh: list[Any], colour: str) -> Any:

@@ -36,13 +36,15 @@ class Clock {
 
 // What is drawn beside a run: one machine and circuit, or those of each run of a deck with .step, behind one another from row
 // to row of the table.
-async function unpackedDrawings(run, pictures) {
+async function unpackedDrawings(run, pictures, meshes) {
   run.runs ??= run.scene || run.circuit ? [{ first: 0, rows: Infinity, scene: run.scene, circuit: run.circuit }] : [];
   await Promise.all(run.runs.map(async ({ scene, circuit }) => {
     const [moves, flows] = await Promise.all([scene, circuit].map((part) => part?.rows && unpackAll(part)));
     if (moves) {
       [scene.time] = moves;
       scene.channels.forEach((c, k) => (c.values = moves[k + 1]));
+      scene.meshes = await Promise.all(scene.meshes.map((k) => unpackMesh(meshes[k])));
+      meshed(scene.shapes, scene.meshes);
     }
     if (!flows) return;
     [circuit.time] = flows;
@@ -76,10 +78,10 @@ async function unpacked(run) {
     // one point
     run.columns = (run.names ?? []).map((name, k) => ({ name, unit: run.units[k], values: [run.point?.[k]?.[0] ?? NaN] }));
     run.time = [0];
-    return unpackedDrawings(run, run.pictures);
+    return unpackedDrawings(run, run.pictures, run.meshes);
   }
   const parts = [run, run.energy].map((part) => part?.rows && unpackAll(part));
-  const [own, energies] = await Promise.all([...parts, unpackedDrawings(run, run.pictures)]);
+  const [own, energies] = await Promise.all([...parts, unpackedDrawings(run, run.pictures, run.meshes)]);
   [run.time] = own;
   let at = 1;
   run.columns = run.names.flatMap((name, k) => (run.complex[k] ? partsOf(name, run.units[k], own[at++], own[at++]) : [{ name, unit: run.units[k], values: own[at++] }]));
@@ -125,7 +127,7 @@ async function show(run) {
     machine.trace = $("trace").value || null;
     machine.arrows = $("arrows").checked;
     machine.labels = $("labels").checked;
-    perspective(machine);
+    depicted(machine, old?.machine ? undefined : scene.view.solid === "yes");
   }
   window.emsim = { run, clock, waves, machine, circuit: circuit(run, clock, waves, machine) };
   const span = clock.log ? 10 : clock.last - clock.first, speeds = [];
@@ -220,7 +222,11 @@ function options(select, items) {
   }));
 }
 
-function perspective(machine) {
+// how a machine is shown: one in the plane as solids too
+function depicted(machine, chosen) {
+  $("solid").parentElement.hidden = !machine.planar;
+  if (chosen !== undefined) $("solid").checked = chosen;
+  machine.solidify($("solid").checked);
   $("perspective").parentElement.hidden = machine.planar;
   machine.perspective = !machine.planar && $("perspective").checked;
 }
@@ -237,7 +243,7 @@ function point(run) {
   table.className = "numbers";
   const machine = run.scene ? new Machine(run, $("machine"), clock) : null;
   if (machine) Object.assign(machine, { arrows: $("arrows").checked, labels: $("labels").checked });
-  if (machine) perspective(machine);
+  if (machine) depicted(machine, run.scene.view.solid === "yes");
   window.still = { run, clock, waves: null, machine, circuit: circuit(run, clock, null, machine) };
   clock.set(0);
   if (run.roots) {
@@ -421,6 +427,7 @@ function wire() {
   $("fit").onclick = () => { shown()?.machine?.fit(); shown()?.machine?.draw(); };
   $("follow").onchange = (e) => { now().machine.follow = e.target.checked; now().machine.fit(); now().machine.draw(); };
   $("perspective").onchange = (e) => { shown().machine.perspective = e.target.checked; shown().machine.draw(); };
+  $("solid").onchange = (e) => { shown().machine.solidify(e.target.checked); shown().machine.draw(); };
   $("whole").onclick = () => now().waves.whole();
   $("degrees").onchange = (e) => { now().waves.degrees = e.target.checked; now().waves.build(); };
   $("xaxis").onchange = (e) => {

@@ -42,6 +42,17 @@ async function unpackAll({ axis, packed, rows }) {
   }))];
 }
 
+// A surface (outputs/html.py): its points [m], and its faces, numbers of points.
+async function unpackMesh({ points, count, faces, corners, low, step }) {
+  const [planes, ahead] = await Promise.all([inflate(points), unpack(faces, corners, true)]), n = 3 * count;
+  const at = (axis, k) => low[axis] + step * (planes[axis * count + k] + 256 * planes[n + axis * count + k]);
+  ahead.forEach((far, k) => (ahead[k] = far + (k < 3 ? 0 : ahead[k - 3])));
+  const found = { points: Array.from({ length: count }, (_, k) => [at(0, k), at(1, k), at(2, k)]), faces: Array.from({ length: corners / 3 }, (_, f) => [...ahead.subarray(3 * f, 3 * f + 3)]) };
+  return Object.assign(found, drawn.sewn(found.points, found.faces));
+}
+// of shapes that show one
+function meshed(shapes, meshes) { for (const s of shapes) if (s.mesh !== undefined) Object.assign(s, meshes[s.mesh]); }
+
 const PREFIXES = ["f", "p", "n", "\u00b5", "m", "", "k", "M", "G", "T"];
 const UNSCALED = new Set(["", "rad", "\u00b0", "rad/s", "\u00b0/s", "rad/s^2", "deg", "deg/s", "rpm", "dB", "C", "1/s"]);
 

@@ -193,6 +193,7 @@ class Engine {
       return before && part && !before.refused && { ...before, ...part, time, rows: time.length, channels };
     };
     run.scene = drawn(deck.scene, base.scene);
+    if (run.scene) meshed(run.scene.shapes, run.scene.meshes);
     run.circuit = drawn(deck.circuit, base.circuit) || base.circuit;
     run.runs = [{ first: 0, rows: Infinity, scene: run.scene, circuit: run.circuit }];
     // labels of parts that say a value

@@ -13,13 +13,15 @@ class Machine {
     this.upright = !this.planar && Math.abs(this.gravity[2]) > Math.hypot(this.gravity[0], this.gravity[1]);
     this.measure();
     this.fit();
-    if (!this.planar) this.solids = Object.assign(new Solids(this.scene.shapes, this.reach), { ground: this.ground() });
+    if (!this.planar) this.solids = Object.assign(new Solids(this.scene.shapes, this.reach, false), { ground: this.ground() });
     clock.listen(() => this.draw());
     this.sizes = new ResizeObserver(() => { if (this.width !== this.room()) { this.fit(); this.draw(); } });
     this.sizes.observe(canvas.parentElement);
     this.gone = new AbortController();
     this.mouse();
   }
+  // one in the plane has thickness or has none; it is seen straight on
+  solidify(on) { if (this.planar) this.solids = on ? (this.solids ?? new Solids(this.scene.shapes, this.reach, true)) : null; }
   // another run takes the place
   close() { this.gone.abort(); this.sizes.disconnect(); }
   // the view of the run before, where this one's machine fits into it: what grows is seen to grow
@@ -71,6 +73,7 @@ class Machine {
   }
   // the picture's axes in the world: to the right, upwards, towards the eye. What gravity pulls down is below: y is up, or z.
   view() {
+    if (this.planar) return { right: [1, 0, 0], up: [0, 1, 0], towards: [0, 0, 1] };
     const cy = Math.cos(this.yaw), sy = Math.sin(this.yaw), cp = Math.cos(this.pitch), sp = Math.sin(this.pitch);
     const [right, up, towards] = [[cy, 0, sy], [-sp * sy, cp, sp * cy], [-cp * sy, -sp, cp * cy]].map(([x, y, z]) => (this.upright ? [x, -z, y] : [x, y, z]));
     return { right, up, towards };
@@ -87,7 +90,7 @@ class Machine {
   }
   // place on the canvas [px], and a number that grows towards the eye and is linear over the picture
   project(p) {
-    const [x, y] = this.flat(p), deep = this.planar ? 0 : this.near(p) - this.deep, f = this.perspective ? this.far / Math.max(0.05 * this.far, this.far - deep) : 1;
+    const [x, y] = this.flat(p), deep = this.near(p) - this.deep, f = this.perspective ? this.far / Math.max(0.05 * this.far, this.far - deep) : 1;
     return [this.centre[0] + (x - this.middle[0]) * this.scale * f, this.centre[1] - (y - this.middle[1]) * this.scale * f, this.perspective ? f : deep / this.size];
   }
   bias() { return BIAS; }
@@ -271,7 +274,7 @@ class Machine {
     drawn.paper(this, pen);
     this.solids?.show(this, ctx);
     this.drawTrace(pen, t);
-    for (const layer of [0, 1, 2]) for (const s of this.scene.shapes) if (drawn.GLYPHS[s.kind]?.[0] === layer && !drawn.is_solid(this.planar, s)) this.glyph(ctx, pen, s);
+    for (const layer of [0, 1, 2]) for (const s of this.scene.shapes) if (drawn.GLYPHS[s.kind]?.[0] === layer && !(this.solids && drawn.is_solid(s))) this.glyph(ctx, pen, s);
     if (this.solids) drawn.called(this, pen);
     if (this.held) this.hold(pen);
     pen.close(this.width, this.height);

@@ -32,6 +32,12 @@ class Pen {
     this.fill(fill);
     this.stroke(edge, width);
   }
+  area(loops, fill, edge, width) {
+    this.ctx.beginPath();
+    for (const loop of loops) { loop.forEach(([x, y], k) => (k ? this.ctx.lineTo(x, y) : this.ctx.moveTo(x, y))); this.ctx.closePath(); }
+    this.fill(fill);
+    this.stroke(edge, width);
+  }
   circle(at, r, fill, edge, width, alpha = 1) {
     this.ctx.beginPath();
     this.ctx.arc(at[0], at[1], r, 0, 7);

@@ -1,13 +1,13 @@
-// Solids of a spatial scene (outputs/glyphs/solids.py) with a depth for each pixel: what is hidden is hidden, however parts cross.
+// Solids of a scene (outputs/glyphs/solids.py) with a depth for each pixel: what is hidden is hidden, however parts cross.
 // Where there is no WebGL2 (lit.js) they are drawn by the processor, into FINE x FINE pixels for one, as a film's are (solid.py).
 "use strict";
 
 const FINE = 2, BIAS = 0.006;
 
 class Solids {
-  constructor(shapes, size) {
+  constructor(shapes, size, planar) {
     this.size = size;
-    this.parts = drawn.solids(shapes, size);
+    this.parts = drawn.solids(shapes, size, planar);
     for (const part of this.parts) {
       part.normals = drawn.normals(part.points, part.faces);
       // normals that are alike are lit once

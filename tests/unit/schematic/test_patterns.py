@@ -1,4 +1,4 @@
-"""Patterns of circuits as textbooks draw them: 24 decks, each read back from its drawing (W351 where it is another)."""
+"""Patterns of circuits as textbooks draw them: 30 decks, each read back from its drawing (W351 where it is another)."""
 
 from __future__ import annotations
 
@@ -9,14 +9,23 @@ import pytest
 import emsim
 from emsim import pipeline
 from emsim.cli import main
+from emsim.schematic.circuit import Circuit
 from emsim.schematic.picture import draw
+from emsim.schematic.symbols import UNIT
 
 MODELS = ".model d d\n.model n npn\n.model p pnp\n.model sw sw(vt=2.5)\n.model mn nmos(vto=1)\n.model mp pmos(vto=-1)\n"
 LEG = "S{a} vb {m} g{a} 0 sw\nS{b} {m} 0 g{b} 0 sw\nD{a} {m} vb d\nD{b} 0 {m} d\n"
 GATES = "".join(f"Vg{k} g{k} 0 PULSE(0 5 {k}u 1u 1u 50u 100u)\n" for k in range(1, 7))
 SUPPLY = "Vb vb 0 24\n"
 LEGS = [LEG.format(a=2 * k - 1, b=2 * k, m="abc"[k - 1]) for k in (1, 2, 3)]
+BITS = "".join(f"V{k} d{k} 0 {5 * (k % 2)}\nR{10 + k} d{k} n{k} 20k\n" for k in range(4))
+R2R = BITS + "R0 n0 0 20k\n" + "".join(f"R{20 + k} n{k} n{k + 1} 10k\n" for k in range(3))
+GATED = (
+    "M{a}h vb h{a} {a} {a} mn\nM{a}l {a} l{a} 0 0 mn\n"
+    "Vh{a} h{a} {a} PULSE(0 9 0 1u 1u 50u 100u)\nVl{a} l{a} 0 PULSE(9 0 0 1u 1u 50u 100u)\n"
+)
 RAILS = "Vp vp 0 15\nVn vn 0 -15\n"
+PAIR = "Q1 vp x out n\nQ2 vn y out p\nRL out 0 8\n"
 VENDOR = ".subckt {name} 1 2 3 4 5\nE1 6 0 1 2 1e5\nR1 6 5 50\nR2 3 4 10k\n.ends\n"
 DECKS = {
     "divider": "V1 a 0 1\nR1 a b 1k\nR2 b 0 1k\n",
@@ -26,6 +35,17 @@ DECKS = {
     "half bridge": SUPPLY + GATES[: GATES.index("Vg3")] + LEGS[0] + "L1 a o 1m\nR1 o 0 2\n",
     "h bridge": SUPPLY + GATES[: GATES.index("Vg5")] + LEGS[0] + LEGS[1] + "L1 a o 1m\nR1 o b 2\n",
     "three legs": SUPPLY + GATES + "".join(LEGS) + "R1 a s 10\nR2 b s 10\nR3 c s 10\n",
+    "three legs of mosfets": SUPPLY + "".join(GATED.format(a=a) for a in "abc") + "R1 a s 1\nR2 b s 1\nR3 c s 1\n",
+    "r-2r ladder": R2R,
+    "r-2r with a buffer": RAILS + R2R + "X1 n3 out vp vn out UA741\nRL out 0 1k\n" + VENDOR.format(name="ua741"),
+    "class ab": RAILS + "Vin in 0 SIN(0 5 1k)\nR1 vp x 1k\nD1 x in d\nD2 in y d\nR2 y vn 1k\n" + PAIR,
+    "class ab with emitter resistors": (
+        RAILS + "Vin in 0 SIN(0 5 1k)\nI1 vp x 5m\nD1 x in d\nD2 in y d\nI2 y vn 5m\n"
+        "Q1 vp x e n\nQ2 vn y f p\nR1 e out 1\nR2 out f 1\nRL out 0 8\n"
+    ),
+    "vbe multiplier": (
+        RAILS + "Vin in 0 SIN(0 5 1k)\nI1 vp x 5m\nQ3 x m y n\nR1 x m 1k\nR2 m y 1k\nQ4 y in vn n\n" + PAIR
+    ),
     "push-pull": RAILS + "Vin in 0 SIN(0 5 1k)\nQ1 vp in out n\nQ2 vn in out p\nRL out 0 8\n",
     "rc ladder": "V1 a 0 1\n" + "".join(f"R{k} {'abcde'[k]} {'abcde'[k + 1]} 1k\nC{k} {'abcde'[k + 1]} 0 1n\n" for k in range(4)),
     "two windings": "V1 p 0 SIN(0 100 50)\nL1 p 0 100m\nL2 a 0 10m\nR1 a 0 10\nK1 L1 L2 0.99\n",
@@ -73,7 +93,7 @@ def words(part: dict[str, Any]) -> str:
 @pytest.mark.parametrize("name", DECKS)
 def test_it_is_drawn_and_reads_as_its_deck(name: str) -> None:
     assert len(drawn(name)) >= 3
-    assert len(DECKS) == 24
+    assert len(DECKS) == 30
 
 
 @pytest.mark.parametrize(("name", "legs"), [("half bridge", 1), ("h bridge", 2), ("three legs", 3)])
@@ -88,6 +108,73 @@ def test_the_switches_of_a_leg_stand_on_one_another_with_their_diodes_beside(nam
     if legs == 2:
         between = sorted(middle(parts[f"s{n}"])[0] for n in (1, 3))
         assert between[0] < middle(parts["l1"])[0] < between[1], "the load is the bar of the H"
+
+
+@pytest.mark.parametrize(
+    ("name", "uppers"),
+    [("three legs", ["s1", "s3", "s5"]), ("three legs of mosfets", ["mah", "mbh", "mch"])],
+)
+@pytest.mark.parametrize("turned", [False, True], ids=["forwards", "backwards"])
+def test_legs_stand_in_the_order_of_the_deck(
+    name: str, uppers: list[str], turned: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if turned:
+        lines = DECKS[name].splitlines(keepends=True)
+        monkeypatch.setitem(DECKS, name, "".join(reversed(lines)))
+        uppers = uppers[::-1]
+    parts = drawn(name)
+    places = [middle(parts[upper]) for upper in uppers]
+    assert [x for x, _ in places] == sorted(x for x, _ in places)
+    assert len({y for _, y in places}) == 1
+    # what lies beside a leg is left of the next leg
+    for k, (left, _) in enumerate(places[:-1]) if name == "three legs" else ():
+        number = int(uppers[k][1:])
+        assert middle(parts[f"d{number}"])[0] < places[k + 1][0] and left < places[k + 1][0]
+
+
+@pytest.mark.parametrize("name", ["r-2r ladder", "r-2r with a buffer"])
+def test_an_r_2r_ladder_is_a_ladder(name: str) -> None:
+    parts = drawn(name)
+    rungs, legs, bits = (
+        [middle(parts[f"{letter}{first + k}"]) for k in range(n)]
+        for letter, first, n in (("r", 20, 3), ("r", 10, 4), ("v", 0, 4))
+    )
+    end = middle(parts["r0"])
+    assert len({y for _, y in rungs}) == len({y for _, y in (*legs, end)}) == 1
+    assert rungs[0][1] < legs[0][1] < min(y for _, y in bits)
+    across = [end[0], legs[0][0]]
+    for rung, leg in zip(rungs, legs[1:], strict=True):
+        across += [rung[0], leg[0]]
+    assert across == sorted(across), "from the end that is closed to the output"
+    assert [x for x, _ in bits] == [x for x, _ in legs]
+
+
+def test_resistors_of_other_values_are_no_ladder(monkeypatch: pytest.MonkeyPatch) -> None:
+    for leg, there in (("20k", 1), ("19k", 1), ("10k", 0), ("100k", 0)):
+        text = f"t\n{R2R.replace('20k', leg)}.op\n.end\n"
+        flat = pipeline.read(text)
+        assert len(Circuit(flat).ladders) == there, leg
+
+
+@pytest.mark.parametrize(
+    ("name", "bias", "output"),
+    [
+        ("class ab", "r1 d1 d2 r2", "q1 q2"),
+        ("class ab with emitter resistors", "i1 d1 d2 i2", "q1 r1 r2 q2"),
+        ("vbe multiplier", "i1 q3 q4", "q1 q2"),
+    ],
+)
+def test_a_class_ab_stage_is_two_columns_between_its_rails(name: str, bias: str, output: str) -> None:
+    parts = drawn(name)
+    columns = [[middle(parts[part]) for part in column.split()] for column in (bias, output)]
+    for column in columns:
+        heights = [y for _, y in column]
+        assert heights == sorted(heights) and len(set(heights)) == len(heights)
+        xs = [x for x, _ in column]
+        assert max(xs) - min(xs) <= 2 * UNIT, "one under the other, but for where a symbol has its pins"
+    assert max(x for x, _ in columns[0]) < min(x for x, _ in columns[1]) < middle(parts["rl"])[0]
+    nets = [{net for *_, net in parts[q]["pins"]} for q in ("q1", "q2")]
+    assert name.endswith("resistors") or "out" in nets[0] & nets[1]
 
 
 def test_a_bridge_has_its_diodes_at_four_corners() -> None:
