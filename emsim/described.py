@@ -191,7 +191,11 @@ class Unpacked:
                     raise FmuError(f"{path} has no modelDescription.xml in it: it is no FMU")
                 self.described = Described(file.read("modelDescription.xml"), path)
                 self.folder = mkdtemp(prefix="emsim-fmu-")
-                self._finalizer = weakref.finalize(self, _remove, self.folder, os.getpid())
+                weakref.finalize(self, _remove, self.folder, os.getpid())
+                if "multiprocessing.util" in sys.modules:  # a worker ends without the interpreter's own end
+                    from multiprocessing.util import Finalize
+
+                    Finalize(self, _remove, (self.folder, os.getpid()), exitpriority=0)
                 file.extractall(self.folder)
         except (zipfile.BadZipFile, RuntimeError, NotImplementedError) as error:
             raise FmuError(f"{path} is no FMU: {error}") from None

@@ -297,3 +297,24 @@ X2 b osc k=9
     result = emsim.run(text)
     for name, k in (("v(a)", 4.0), ("v(b)", 9.0)):
         assert np.abs(behind_ticks(result, name, 10e-3, 99) - euler(990, k, 0.0)[:99, 0]).max() < 1e-9
+
+
+def test_workers_of_a_sweep_leave_nothing(tmp_path: Path) -> None:
+    """Values of a sweep reach the FMU, and folders of workers go with them."""
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    part(tmp_path, 3)
+    deck = tmp_path / "swept.cir"
+    deck.write_text(
+        ".title swept\n.param k=4\nR1 a 0 1k\nFMU f part3.fmu kind=cosim step=10m out=(x) p=(k=k)\n.tran 10m 0.5\n"
+        ".meas tran last find f.x at=0.495\n.end\n"
+    )
+    run = subprocess.run(
+        [sys.executable, "-m", "emsim", "sweep", str(deck), "-D", "k=4,5,6,7", "-j", "2", "-o", "swept.csv"],
+        capture_output=True, text=True, cwd=tmp_path, env={**os.environ, "TMPDIR": str(scratch)},
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    found = np.genfromtxt(tmp_path / "swept.csv", delimiter=",", names=True)
+    expected = [euler(490, k, 0.0)[49, 0] for k in (4.0, 5.0, 6.0, 7.0)]
+    assert np.abs(found["last"] - expected).max() < 1e-9
+    assert not list(scratch.glob("emsim-fmu-*"))

@@ -181,6 +181,7 @@ pub fn instantiate(_: &std::sync::Arc<Spec>) -> Result<Box<dyn Calls>, String> {
 }
 
 /// As an integer of its type has it.
+#[cfg(not(target_family = "wasm"))]
 macro_rules! rounded {
     ($type:ty, $value:expr) => {
         // (beyond its bounds the nearest there is; a number that is none is 0)
