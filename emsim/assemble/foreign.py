@@ -48,7 +48,7 @@ class Foreign:
         try:
             self.unpacked = _open(path)
             self.described = self.unpacked.described
-            self.is_model, self.identifier = self._kind()
+            self.is_model, self.identifier = self._kind(ctx)
             self._supported()
         except FmuError as error:
             self._refuse(error.said, error.hint)
@@ -65,7 +65,7 @@ class Foreign:
     def _refuse(self, said: str, hint: str = "") -> NoReturn:
         raise OutsideError(Diagnostic("error", "E515", said, self.card.place("file"), hint or None))
 
-    def _kind(self) -> tuple[bool, str]:
+    def _kind(self, ctx: Context) -> tuple[bool, str]:
         """Is it used for model exchange, and the name of its library."""
         of, asked, path = self.described, self.card.kind, self.card.file
         is_model = asked == "model" or (asked == "" and of.couples is None)
@@ -81,6 +81,11 @@ class Foreign:
             raise FmuError(f"{path} is no FMU for {word}", other)
         if found.get("needsExecutionTool") == "true":
             raise FmuError(f"{path} needs the program that made it: it is no model by itself")
+        times = sum(c.kind == "FMU" and c.params["file"] == path for c in ctx.flat.clocked)
+        if found.get("canBeInstantiatedOnlyOncePerProcess") == "true" and times > 1:
+            raise FmuError(
+                f"{path} can be there once (canBeInstantiatedOnlyOncePerProcess), the deck has it {times} times"
+            )
         return is_model, found.get("modelIdentifier", "")
 
     def _supported(self) -> None:

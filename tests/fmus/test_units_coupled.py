@@ -250,6 +250,10 @@ def test_files_that_cannot_be_used(tmp_path: Path) -> None:
         "kind=cosim", ""
     )
     assert "scheduled execution" in refusal(clocks)
+    once = ALONE.format(file=part(tmp_path, 3, can='canBeInstantiatedOnlyOncePerProcess="true"'), more="")
+    assert abs(emsim.run(once)["time"][-1] - 1) < 1e-9
+    card = once.split("\n")[2]
+    assert "can be there once" in refusal(once.replace(card, f"{card}\n{card.replace(' f ', ' g ')}"))
     tool = ALONE.format(file=part(tmp_path, 3, can='needsExecutionTool="true"'), more="")
     assert "needs the program that made it" in refusal(tool)
 
