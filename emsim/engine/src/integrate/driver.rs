@@ -578,7 +578,7 @@ impl<'a, S: Sink> Run<'a, S> {
             self.detector.accept(sys, self.w, &self.x, self.t, &mut self.check);
             if self.hear() {
                 self.step_event(step, method);
-                s.h = (0.1 * step).max(smallest);
+                s.h = if fixed { s.h } else { (0.1 * step).max(smallest) };
                 continue;
             }
             if !(lands && self.t >= self.stop) {
