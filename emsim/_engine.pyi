@@ -141,6 +141,17 @@ class Builder:
     def clocked_rule(self, clock: int, signals: Sequence[int], values: Sequence[Expr]) -> None:
         """What signals become at the ticks, by unknowns and sources as they are just before; rules are evaluated in the
         order in which they are given, each of them as a whole."""
+    def clocked_unit(
+        self, clock: int, spec: dict[str, Any], values: Sequence[Expr], signals: Sequence[int]
+    ) -> None:
+        """An FMU for co-simulation (assemble/foreign.py) at the ticks of a clock of its own: the values of its inputs, the
+        signals that its outputs become. It stands among the rules. ValueError: a type that is none."""
+    def exchange(self, spec: dict[str, Any], places: Sequence[Sequence[int]], flags: Sequence[Expr]) -> None:
+        """An FMU for model exchange (assemble/foreign.py): unknowns that are its states, inputs, time, outputs, event
+        indicators; flags that are the signs of the latter. ValueError: a type that is none."""
+    @staticmethod
+    def exchange_starts(spec: dict[str, Any]) -> list[float]:
+        """States with which an FMU for model exchange begins: an instance is made, and goes. ValueError: why there is none."""
     def clocked_timer(self, clock: int, on: int, off: int, dead: float) -> tuple[int, int]:
         """A level that is 1 from one signal's value to the other's behind each tick [s], and its complement, as waves; both rise
         `dead` [s] later."""
@@ -248,6 +259,10 @@ class Builder:
 class System:
     """The compiled equations; immutable."""
 
+    def unevaluated(self) -> list[tuple[str, str]]:
+        """Of FMUs for model exchange that could not be evaluated since this was asked: card and why."""
+    def said(self) -> list[tuple[str, str]]:
+        """What FMUs of the deck have said in runs since this was asked: card and message."""
     @property
     def n(self) -> int: ...
     @property

@@ -372,7 +372,12 @@ class _Builder(ElementCards, DotCards):
             return None  # closes the model above; ngspice passes it over
         if first not in _LETTERS:
             raise LineError(_not_a_card(line))
-        rule, children = parse_line(line, start_of(line))
+        start = start_of(line)
+        if start == "machine_card" and syntax.first_word(line.text) == "fmu":
+            from .build_unit import unit
+
+            return unit(line)
+        rule, children = parse_line(line, start)
         return self.convert(rule, children, line)
 
     def unread_dot(self, line: Line) -> Any:

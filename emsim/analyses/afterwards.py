@@ -36,6 +36,7 @@ NOTHING = (
 def remarks(assembly: Assembly, run: Run) -> None:
     """Adds warnings and notes to the deck's sink."""
     _domains(assembly, run)
+    _said(assembly)
     waves: Any = run.waves
     if waves.hanging is not None:
         row, *found = waves.hanging
@@ -66,6 +67,24 @@ def remarks(assembly: Assembly, run: Run) -> None:
         _amplified(assembly, run)
     if over_time and run.waves.rows > 1:
         _imbalances(assembly, run)
+
+
+def _said(assembly: Assembly) -> None:
+    """Messages of the deck's FMUs, each once."""
+    if not assembly.ctx.unpacked:
+        return
+    by_card: dict[str, dict[str, int]] = {}
+    for name, text in assembly.system.said():
+        texts = by_card.setdefault(name, {})
+        texts[text] = texts.get(text, 0) + 1
+    for name, texts in by_card.items():
+        card = next(c for c in assembly.flat.clocked if c.name == name)
+        told = [text + (f" ({times} times)" if times > 1 else "") for text, times in texts.items()]
+        said = f"the FMU {name} says: {'; '.join(told)}"
+        if card.params.get("log") == "yes":
+            assembly.flat.sink.note("N386", said, card.span)
+        else:
+            assembly.flat.sink.warning("W386", said, card.span, "log=yes tells all that it says")
 
 
 def _unstable(assembly: Assembly, run: Run) -> None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 CODES = {
     "no convergence": "E410", "singular": "E411", "leaves branch": "E410", "not finite": "E412", "unfit": "E413",
     "too long": "E414", "contradiction": "E418", "blocked": "E418", "signal": "E419",
+    "foreign": "E516",
 }  # fmt: skip
 
 
@@ -74,7 +75,7 @@ def explain_failure(
 ) -> list[Diagnostic]:
     """The same for a bare report; points were kept up to the time `kept`, `growth` says what ran away, `where_it_stands` how the
     machine stood in the last of them."""
-    kind = failure.get("kind", "no convergence")
+    kind = (failure := _of_unit(assembly, failure)).get("kind", "no convergence")
     if kind == "memory":
         said, hint = f"out of memory: there is no room for rows beyond t = {kept:.6g} s", RECORD_LESS
         return [Diagnostic("error", "E509", said, analysis.card.span if analysis else None, hint)]
@@ -90,8 +91,8 @@ def explain_failure(
             "conditions that set each other off have no value; a small delay between them (R and C) gives one"
         )
         return [Diagnostic("error", CODES[kind], f"{said} contradicts itself or others {when}", span, hint)]
-    if kind in ("blocked", "signal"):
-        return [(_blocked if kind == "blocked" else _signal)(assembly, failure)]
+    if kind in ("blocked", "signal", "foreign"):
+        return [{"blocked": _blocked, "signal": _signal, "foreign": _foreign}[kind](assembly, failure)]
     if kind == "too long":
         from .watch import too_long
 
@@ -156,6 +157,24 @@ def _signal(assembly: Assembly, failure: dict[str, Any]) -> Diagnostic:
     return Diagnostic(
         "error", CODES["signal"], f"`{signal}` is not finite at the tick at t = {t:.6g} s", span, hint
     )
+
+
+def _of_unit(assembly: Assembly, failure: dict[str, Any]) -> dict[str, Any]:
+    """The same failure; that of an FMU where one could not be evaluated."""
+    refused = assembly.system.unevaluated() if assembly.ctx.unpacked else []
+    if not refused or failure.get("kind") in ("foreign", "unfit"):
+        return failure
+    return {**failure, "kind": "foreign", "card": refused[0][0], "said": refused[0][1]}
+
+
+def _foreign(assembly: Assembly, failure: dict[str, Any]) -> Diagnostic:
+    """An FMU that does not go on."""
+    name, t = str(failure.get("card", "")), float(failure.get("t") or 0.0)
+    card = next((c for c in assembly.flat.clocked if c.name == name), None)
+    file = "" if card is None else f" ({card.params['file']})"
+    said = f"the FMU {name}{file} fails at t = {t:.6g} s: {failure.get('said', '')}"
+    hint = "log=yes shows all that it says; what was computed up to there is kept"
+    return Diagnostic("error", CODES["foreign"], said, None if card is None else card.span, hint)
 
 
 def _blocked(assembly: Assembly, failure: dict[str, Any]) -> Diagnostic:

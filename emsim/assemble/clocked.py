@@ -1,4 +1,4 @@
-"""CLOCK, BLOCK and PWM as rules of the engine (engine/src/clocked.rs).
+"""CLOCK, BLOCK, PWM and FMUs for co-simulation as rules of the engine (engine/src/clocked.rs).
 
 A rule is an expression of what is just before a tick. Signals of the same clock are put into each other, so that one program
 gives them all; x[-1] is a signal of its own that takes over x before x is computed. Signals are computed in the order of what
@@ -6,6 +6,9 @@ they read, whatever their clocks, and what reads itself without a tick in betwee
 
 Conditions in rules are looked at when a tick comes: they are numbers there, no events. The functions of blocks are difference
 equations (READY), whose own signals carry a `#` in their names.
+
+An FMU shows what it has come to before any rule is computed. It takes its inputs behind the signals that these read, and
+signals that read its outputs stand behind it; in a ring, a controller and its plant, it takes its inputs last.
 """
 
 from __future__ import annotations
@@ -13,11 +16,13 @@ from __future__ import annotations
 from ..build import parse_expression
 from ..cards.block import Block
 from ..cards.clock import Clock
+from ..cards.fmu import Fmu
 from ..cards.pwm import TIMES, Pwm
 from ..expr import PAST, SIGNAL, Binary, Call, Cond, Name, Node, Num, rewritten
 from ..functions import OF_TICKS, OF_TIME
 from .behaviour import Compiler
 from .context import Context
+from .foreign import Exchanged, Foreign
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -74,6 +79,21 @@ class Signal:
         return self.starts[max(known)] if known else 0.0
 
 
+class Unit:
+    """An FMU: its clock, the numbers of its signals, the expressions of its inputs once they are compiled."""
+
+    __slots__ = ("clock", "foreign", "inputs", "name", "outputs", "state", "step")
+
+    def __init__(self, name: str, foreign: Foreign, clock: int, step: float, outputs: list[int]) -> None:
+        self.name, self.foreign, self.clock, self.step, self.outputs = name, foreign, clock, step, outputs
+        self.inputs: list[Expr] = []
+        self.state = ""  # "open" while its inputs are compiled, then "done"
+
+
+class Ring(Exception):
+    """The inputs of an FMU need a signal that is being computed from its outputs."""
+
+
 class Clocks:
     def __init__(self, ctx: Context) -> None:
         self.numbers: dict[str, int] = {}
@@ -82,6 +102,8 @@ class Clocks:
         self.signals: dict[str, Signal] = {}
         self.past: dict[int, list[tuple[Signal, Signal]]] = {}  # of each clock: (x[-k], x[-k+1])
         self.timers: list[tuple[Pwm, int, Span]] = []
+        self.units: dict[str, Unit] = {}
+        self.exchanged: list[Exchanged] = []
         bound = [self._card(raw, ctx) for raw in ctx.flat.clocked]
         for card in bound:
             if isinstance(card, Clock):
@@ -89,15 +111,17 @@ class Clocks:
         for card in bound:
             if isinstance(card, (Block, Pwm)) and card.ok:
                 self._block(ctx, card)
+            elif isinstance(card, Fmu):
+                self._unit(ctx, card)
 
-    def _card(self, raw: MachineCard, ctx: Context) -> Clock | Block | Pwm:
-        kind: Any = {"CLOCK": Clock, "BLOCK": Block, "PWM": Pwm}[raw.kind]
+    def _card(self, raw: MachineCard, ctx: Context) -> Clock | Block | Pwm | Fmu:
+        kind: Any = {"CLOCK": Clock, "BLOCK": Block, "PWM": Pwm, "FMU": Fmu}[raw.kind]
         card: Any = kind(raw, ctx.sink)
         if isinstance(card, Block):
             card.check_starts(ctx.sink)
         elif isinstance(card, Clock):
             self.cards[card.name] = card
-        made: Clock | Block | Pwm = card
+        made: Clock | Block | Pwm | Fmu = card
         return made
 
     # ---- what there is ----
@@ -163,6 +187,25 @@ class Clocks:
             self.signals[f"{card.name}.{name}"] = level
             ctx.signals[f"{card.name}.{name}"] = level.shown
 
+    def _unit(self, ctx: Context, card: Fmu) -> None:
+        foreign = Foreign(ctx, card)
+        if foreign.is_model:
+            if foreign.ok:
+                self.exchanged.append(Exchanged(ctx, foreign))
+            return
+        step = foreign.step(ctx)
+        k = ctx.b.clock(step, 0.0, 0.0)
+        self.periods.append(step)
+        for name in card.lists["out"]:
+            variable = foreign.outputs.get(name)
+            start = 0.0 if variable is None else foreign.start(variable)
+            place = card.place(f"out {name}")
+            signal = self.add(ctx, f"{card.name}.{name}", Signal(card.name, k, None, {1: start}, place))
+            signal.value = signal.wave
+        if foreign.ok:
+            outputs = [self.signals[f"{card.name}.{name}"].number for name in card.lists["out"]]
+            self.units[card.name] = Unit(card.name, foreign, k, step, outputs)
+
     def add(self, ctx: Context, name: str, signal: Signal, always: bool = False) -> Signal:
         if isinstance(signal.ast, (int, float)) and not always and not signal.starts:
             signal.value = signal.wave = signal.shown = ctx.b.const(float(signal.ast))
@@ -200,20 +243,29 @@ class Clocks:
             ctx.b.clocked_rule(
                 clock, [older.number for older, _ in pairs], [newer.wave for _, newer in pairs]
             )
+        for unit in self.units.values():
+            compiler.take(unit)
+        for exchanged in self.exchanged:
+            exchanged.contribute(ctx)
         group: list[Signal] = []
         for signal in [*compiler.order, None]:
-            if group and (signal is None or signal.clock != group[0].clock):
+            if group and (not isinstance(signal, Signal) or signal.clock != group[0].clock):
                 values = [s.value for s in group if s.value is not None]
                 ctx.b.clocked_rule(group[0].clock, [s.number for s in group], values)
                 group = []
-            if signal is not None:
+            if isinstance(signal, Unit):
+                ctx.b.clocked_unit(
+                    signal.clock, signal.foreign.spec(signal.step), signal.inputs, signal.outputs
+                )
+            elif signal is not None:
                 group.append(signal)
 
     def tell(self, ctx: Context, analyses: Sequence[Any]) -> None:
         """What analyses do not do with clocks."""
         where = ctx.flat.clocked[0].span
+        holds = bool(self.signals or self.units)  # (FMUs for model exchange are linearised)
         for a in analyses:
-            if a.word in SMALL:
+            if a.word in SMALL and holds:
                 said = f"under .{a.word} blocks hold their values from before the first tick: loops through them are open"
                 hint = "a .tran with a sine shows the response of a sampled loop"
                 ctx.sink.warning("W390", said, where, hint)
@@ -262,17 +314,23 @@ class Held(Context):
 
 
 class AtTicks(Compiler):
-    """Equations of blocks. `order`: the signals, each behind those that it reads."""
+    """Equations of blocks. `order`: signals and FMUs, each behind those that it reads."""
 
     def __init__(self, ctx: Context, clocks: Clocks) -> None:
         super().__init__(Held(ctx))
-        self.clocks, self.order = clocks, list[Signal]()
+        self.clocks, self.order = clocks, list[Signal | Unit]()
+        self._outside: list[int] = []  # how many were open where inputs of FMUs began
         self._open: list[str] = []
         self._made = 0
 
     def value(self, name: str) -> Expr:
         """The rule of a signal."""
         signal = self.clocks.signals[name]
+        unit = self.clocks.units.get(signal.block)
+        if unit is not None and unit.state == "":
+            self._before(unit)
+        if self._outside and name in self._open[: self._outside[-1]]:
+            raise Ring
         if signal.value is None and name in self._open:
             ring = [n for n in [*self._open[self._open.index(name) :], name] if "#" not in n]
             said = f"`{ring[0]}` needs itself at one tick"
@@ -293,6 +351,37 @@ class AtTicks(Compiler):
                 signal.value = found
                 self.order.append(signal)
         return signal.value
+
+    def _before(self, unit: Unit) -> None:
+        """An FMU stands before what reads it, unless its inputs need that."""
+        still = list(self._open)
+        try:
+            self.take(unit)
+        except Ring:
+            del self._open[:], self._outside[-1:]
+            self._open += still
+            unit.state = ""
+
+    def take(self, unit: Unit) -> None:
+        """The inputs of an FMU, in its place behind all that they read."""
+        if unit.state:
+            return
+        unit.state = "open"
+        self._outside.append(len(self._open))
+        card = unit.foreign.card
+        anchor = Signal(unit.name, unit.clock, None, {}, card.span)
+        self.clocks.signals[anchored := f"{unit.name}.#in"] = anchor
+        anchor.value = self.ctx.b.const(0.0)
+        self._open.append(anchored)
+        places = [(value, card.place(f"in {name}")) for name, value in card.lists["in"].items()]
+        unit.inputs = [
+            self.compile(value, place) if isinstance(value, Node) else self.ctx.b.const(float(value))
+            for value, place in places
+        ]
+        self._open.pop()
+        self._outside.pop()
+        unit.state = "done"
+        self.order.append(unit)
 
     @property
     def _block(self) -> Signal:

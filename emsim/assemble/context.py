@@ -71,6 +71,7 @@ class Context(Circuit):
         # tstep, tstop, the period of all waveforms; or, behind a 0, the time at which they are held
         self.times: tuple[float, ...] = (1.0, 1.0)
         self.names_own = False  # an analysis has columns that are no signals of the deck: onoise_spectrum
+        self.unpacked: list[Any] = []  # FMUs of the deck: their folders are there as long as this is
         self.signals: dict[str, Expr] = {}  # of blocks, as circuit and machine see them: pi.u
         self.saved: dict[str, Output] | None = None  # columns that every analysis records (outputs.py)
         self.is_drawn = flat.is_drawn and 0 < len(flat.elements) + len(flat.machine) <= DRAWN

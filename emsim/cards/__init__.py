@@ -43,5 +43,6 @@ INDEX = {
     "CLOCK": "clock Clock",
     "BLOCK": "block Block",
     "PWM": "pwm Pwm",
+    "FMU": "fmu Fmu",
 }
 CARDS: Mapping[str, type[Card]] = Registry(__name__, INDEX)

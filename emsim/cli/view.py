@@ -16,7 +16,7 @@ from ..diagnostics import ConvergenceError, Interrupted
 from ..outputs import html
 from ..source import SameFiles
 from .arguments import DEFINE, HELP, QUIET, Arguments, Option, UsageError, defines, overrides, parse
-from .console import CONVERGENCE, OK, Progress, check_targets, interrupted, point, show
+from .console import CONVERGENCE, OK, OUTSIDE, Progress, check_targets, interrupted, point, show
 from .run import METHOD_OPTIONS, page_engine, page_sheets, source_of
 
 TYPE_CHECKING = False
@@ -69,7 +69,8 @@ def _view(given: Arguments) -> int:
     except ConvergenceError as error:
         if error.partial is None:
             raise
-        code, result, trouble = CONVERGENCE, error.partial, error.diagnostics
+        outside = all(d.code >= "E500" for d in error.diagnostics if d.severity == "error")
+        code, result, trouble = OUTSIDE if outside else CONVERGENCE, error.partial, error.diagnostics
     except Interrupted as stop:
         code, result = interrupted(), stop.partial
     finally:

@@ -1,4 +1,4 @@
-"""CLOCK, BLOCK and PWM at their level: names of signals are told from parameters, and voltages that they set become sources."""
+"""CLOCK, BLOCK, PWM and FMU at their level: names of signals are told from parameters, voltages that they set become sources."""
 
 from __future__ import annotations
 
@@ -36,7 +36,13 @@ def bind_clocked(card: MachineCard, level: Level) -> tuple[MachineCard, list[Ele
     spans = dict(card.param_spans)
     elements = []
     for key, value in card.params.items():
-        if key[:2] == "v(" and card.kind == "BLOCK":
+        if key.startswith("out v("):  # of an FMU
+            nodes = [level.node(n, None) for n in key[6:-1].split(",")]
+            signal = f"v({','.join(nodes)})"
+            params[f"out {signal}"] = value
+            spans[f"out {signal}"] = spans[key]
+            elements.append(_source(f"{name}.{nodes[0]}", nodes, f"{name}.{signal}", spans[key]))
+        elif key[:2] == "v(" and card.kind == "BLOCK":
             nodes = [level.node(n, None) for n in key[2:-1].split(",")]
             signal = f"v({','.join(nodes)})"
             spans[signal] = spans[key]

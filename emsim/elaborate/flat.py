@@ -25,7 +25,7 @@ class FlatDeck:
         self.sink = sink
         self.elements: list[Element] = []
         self.machine: list[MachineCard] = []
-        self.clocked: list[MachineCard] = []  # CLOCK, BLOCK, PWM
+        self.clocked: list[MachineCard] = []  # CLOCK, BLOCK, PWM, FMU
         self.models: dict[str, Model] = {}
         self.named: list[str] = []  # every file that was looked for: that of the deck
         self.modules: dict[str, Any] = {}  # of Verilog-A, from files that .hdl names

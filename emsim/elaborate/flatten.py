@@ -49,8 +49,8 @@ if TYPE_CHECKING:
     from .files import Files
     from .steps import Change
 
-CLOCKED = ("CLOCK", "BLOCK", "PWM")
-BLOCKS = ("BLOCK", "PWM")  # that have signals
+CLOCKED = ("CLOCK", "BLOCK", "PWM", "FMU")
+BLOCKS = ("BLOCK", "PWM", "FMU")  # that have signals
 
 MAX_LEVELS = 60
 MAX_INSTANCES = 1_000_000
@@ -146,7 +146,10 @@ class _Flattener:
                 self.models.at(name, top.scope)
             except ExprError as error:
                 top.scope.report(error)
-        if not (self.flat.elements or self.flat.machine or self.flat.commands or self.sink.has_errors):
+        units = any(card.kind == "FMU" for card in self.flat.clocked)
+        if not (
+            self.flat.elements or self.flat.machine or units or self.flat.commands or self.sink.has_errors
+        ):
             self.sink.error("E128", "the deck is empty: it has no element and no machine card")
         self.flat.reads_temper = top.scope.read_temper
         self.flat.draws = top.scope.draws

@@ -80,6 +80,9 @@ def prepare(
     if flat.steps:
         said = f"the deck steps `{flat.steps[0].column}`: an FMU is one model"
         deck_error("E383", said, flat.steps[0].span, "take .step out, and give the value with -D")
+    if (unit := next((c for c in flat.clocked if c.kind == "FMU"), None)) is not None:
+        said = f"FMU {unit.name} is part of the deck: an FMU with another one inside is not written"
+        deck_error("E383", said, unit.span, "export the rest of the deck, and let the master connect the two")
     tran.tmax = tran.tmax if tmax is None else tmax
     flat.measures, flat.fours = [], []
     taken = ports.take(flat, params)

@@ -11,6 +11,7 @@ from ..elements import Element
 from ..expr import Node, Num
 from ..marks import start_of
 from ..source import Line, Reading, load, trees
+from ..syntax import first_word
 from . import notation
 from .explained import ENERGIES, signed, term
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from ..source import SourceFile
     from .equations import Explained, Part
 
+# cards that read their lines themselves
+OWN = {"fmu": "a file, and lists in parentheses"}
 FLAT = 64  # characters of a tree that stand on one line
 
 
@@ -71,7 +74,8 @@ def place(path: str, number: int) -> Place:
         if line.number <= number <= end:
             found.first, found.last = line.number, end
             found.tree = (rule, content) if rule is not None else trees().line(line.text, start_of(line))
-            found.said = "" if found.tree is not None else "not accepted by the grammar"
+            unread = OWN.get(first_word(line.text), "not accepted by the grammar")
+            found.said = "" if found.tree is not None else unread
             return found
     text = file.text_line(number).strip()
     within = any(line.number == number for line in reading.control) or reading.control_span is not None

@@ -56,7 +56,8 @@ def learn(runner: Any, point: Any) -> Kept | None:
 def _assembled(runner: Any, trace: Trace, values: dict[str, Traced], draws: Draws | None) -> Kept | None:
     flat = runner.read(dict(values), draws)
     places = _places(flat, trace)
-    if trace.lost:
+    # (an instance of an FMU is for one run at a time)
+    if trace.lost or any(card.kind == "FMU" for card in flat.clocked):
         return None
     assembly, planned = runner.prepared(flat, dict(runner.task.options), trace)
     if trace.lost or any(a.word not in ANALYSES for a in planned):

@@ -75,10 +75,10 @@ def ran(code: str, fixed: bool) -> tuple[int, str]:
 
 def steady(code: str, said: str) -> str:
     """Without what differs from machine to machine: how long something takes, the last digits of rounding. How a run went in
-    numbers (E410, W410 and the like) is for test_failures.py and tests/stability/test_watch.py; here they are #."""
+    numbers (E410, W410, E516 and the like) is for test_failures.py and tests/stability/test_watch.py; here they are #."""
     said = re.sub(r"met to [\d.e-]+ by", "met to .. by", said)
     said = re.sub(r"about [\d.e+]+ (s|minutes|hours|days) at this speed", "about .. at this speed", said)
-    if code[1] == "4":
+    if code[1] == "4" or code == "E516":
         lines = [
             re.sub(r"(?<![\w`(])-?\d[\d.]*(e[+-]?\d+)?\b", "#", line)
             if re.match(r"error|warn| += help", line)

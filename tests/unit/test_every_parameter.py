@@ -35,6 +35,7 @@ NOT_IN_THE_EQUATIONS = {
     # what ticks do: tests/cards/test_clocked.py
     *(f"CLOCK {word}" for word in "freq period offset of every skip delay".split()),
     *(f"PWM {word}" for word in "clock duty align dead level".split()), "BLOCK clock",
+    *(f"FMU {word}" for word in "step kind log".split()),  # tests/fmus/test_units_coupled.py
     "CONTACT mus",  # asked where modes are decided: tests/physics/test_rubbing.py
     "MOTOR tstall",  # compared with what the others say
     "D off",  # where Newton's method begins

@@ -8,16 +8,22 @@
 //!    its own, whose rule stands before that of x.)
 //! 3. signals of clocks without delay are shown, and timers whose clock ticks take their times.
 //!
+//! An FMU for co-simulation is a rule with a clock of its own: it makes its step to the tick before all rules, so that all see what it has come
+//! to, and takes its inputs where the rule stands.
+//!
 //! Then values of circuit and machine jump as behind any other corner, and the method restarts. At operating points and before a clock's
 //! first tick signals are at their initial values.
 //!
 //! A timer is a level that is 1 from `on` to `off` behind each tick [s], with the complement beside it: 0 <= on, off <= period within
 //! a period, what lies beyond is cut off there. Both rise later by `dead`, and not at all where they would fall before.
+use crate::foreign::exchange::{Place, Seat};
+use crate::foreign::{unit::Unit, Spec};
 use crate::graph::{Graph, Id};
 use crate::tape::{Inputs, Tape};
 use crate::waves::SNAP;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Clock {
@@ -35,12 +41,14 @@ pub struct Signal {
     pub waves: [usize; 2],
 }
 
-/// What signals of one clock become at its tick.
+/// What signals of one clock become at its tick: the values, or what the FMU with that number makes of them.
 #[derive(Serialize, Deserialize)]
 pub struct Rule {
     pub clock: usize,
     pub signals: Vec<usize>,
     pub values: Vec<Id>,
+    #[serde(skip)]
+    unit: Option<usize>,
     #[serde(skip)]
     program: Option<Tape>,
 }
@@ -63,15 +71,35 @@ pub struct Clocked {
     pub signals: Vec<Signal>,
     pub rules: Vec<Rule>,
     pub timers: Vec<Timer>,
+    #[serde(skip)]
+    pub units: Vec<Arc<Spec>>,
+    /// FMUs for model exchange, whose events are here
+    #[serde(skip)]
+    pub exchanges: Vec<Seat>,
+}
+
+/// Why a tick does not come off.
+#[derive(Clone, Debug)]
+pub enum Trouble {
+    /// a signal that is no number
+    Signal(usize),
+    /// of an FMU: its card, and what was said
+    Unit(String, String),
 }
 
 impl Clocked {
     pub fn is_empty(&self) -> bool {
-        self.clocks.is_empty()
+        self.clocks.is_empty() && self.exchanges.is_empty()
     }
 
     pub fn rule(&mut self, clock: usize, signals: Vec<usize>, values: Vec<Id>) {
-        self.rules.push(Rule { clock, signals, values, program: None });
+        self.rules.push(Rule { clock, signals, values, unit: None, program: None });
+    }
+
+    /// What an FMU makes of values at the ticks of its clock.
+    pub fn unit(&mut self, clock: usize, spec: Arc<Spec>, values: Vec<Id>, signals: Vec<usize>) {
+        self.units.push(spec);
+        self.rules.push(Rule { clock, signals, values, unit: Some(self.units.len() - 1), program: None });
     }
 
     /// Once all is there.
@@ -89,6 +117,8 @@ impl Clocked {
             signals: self.signals.clone(),
             rules: self.rules.iter().map(rule).collect(),
             timers: self.timers.clone(),
+            units: self.units.clone(),
+            exchanges: self.exchanges.clone(),
         }
     }
 
@@ -101,6 +131,8 @@ impl Clocked {
             values: initial,
             held: vec![VecDeque::new(); self.clocks.len()],
             timers: vec![Edges::default(); self.timers.len()],
+            units: self.units.iter().map(|_| Unit::default()).collect(),
+            exchanges: self.exchanges.iter().map(Place::new).collect(),
         }
     }
 }
@@ -168,6 +200,8 @@ pub struct Live {
     shown: Vec<f64>,
     held: Vec<VecDeque<(f64, Vec<f64>)>>, // by clock: what its delay holds back, and until when
     timers: Vec<Edges>,
+    units: Vec<Unit>,
+    exchanges: Vec<Place>,
 }
 
 /// What is read at a tick: unknowns, time, sources, conditions.
@@ -182,6 +216,48 @@ impl Live {
     /// A run begins.
     pub fn begin(&mut self) {
         self.runs = true;
+        self.exchanges.iter_mut().for_each(|place| place.asked = true);
+    }
+
+    /// FMUs for model exchange go back to where they were.
+    pub fn return_exchanges(&mut self) {
+        self.exchanges.iter_mut().for_each(Place::put_back);
+    }
+
+    /// This flag has turned: it may be an event of an FMU.
+    pub fn turned(&mut self, clocked: &Clocked, flag: usize) {
+        for (seat, place) in clocked.exchanges.iter().zip(&mut self.exchanges) {
+            place.asked |= seat.flags.contains(&flag);
+        }
+    }
+
+    /// Values have jumped to x: does an FMU have an event there?
+    pub fn look(&mut self, clocked: &Clocked, x: &[f64]) -> bool {
+        clocked.exchanges.iter().zip(&mut self.exchanges).for_each(|(seat, place)| place.look(seat, x));
+        self.asks()
+    }
+
+    /// Does an FMU have an event at the point that stands?
+    pub fn asks(&self) -> bool {
+        self.exchanges.iter().any(|place| place.asked)
+    }
+
+    /// The events that are asked for: x changes where states jump. Gives flags with the indicators whose signs they are.
+    pub fn exchange(&mut self, clocked: &Clocked, x: &mut [f64], t: f64) -> Result<Vec<(usize, f64)>, Trouble> {
+        let mut signs = Vec::new();
+        for (seat, place) in clocked.exchanges.iter().zip(&mut self.exchanges).filter(|(_, place)| place.asked) {
+            let found = place.event(seat, x, t).map_err(|said| Trouble::Unit(seat.of.spec.card.clone(), said))?;
+            signs.extend(seat.flags.iter().copied().zip(found));
+        }
+        Ok(signs)
+    }
+
+    /// A step was accepted.
+    pub fn completed(&mut self, clocked: &Clocked, x: &[f64], t: f64) -> Result<(), Trouble> {
+        for (seat, place) in clocked.exchanges.iter().zip(&mut self.exchanges) {
+            place.completed(seat, x, t).map_err(|said| Trouble::Unit(seat.of.spec.card.clone(), said))?;
+        }
+        Ok(())
     }
 
     /// Values in place of the waves of signals and timers.
@@ -210,7 +286,8 @@ impl Live {
         }
         let ticks = (0..clocked.clocks.len()).map(|k| self.next_tick(clocked, k));
         let held = self.held.iter().filter_map(|held| held.front()).map(|held| held.0);
-        ticks.chain(held).chain(self.timers.iter().map(Edges::next)).fold(f64::INFINITY, f64::min)
+        let events = self.exchanges.iter().map(|place| place.next);
+        ticks.chain(held).chain(self.timers.iter().map(Edges::next)).chain(events).fold(f64::INFINITY, f64::min)
     }
 
     /// Tells stretches between corners apart: equal where timers are.
@@ -218,8 +295,8 @@ impl Live {
         self.timers.iter().flat_map(|edges| edges.outputs)
     }
 
-    /// Everything up to the time of `left` happens; a signal that is no number as an error.
-    pub fn advance(&mut self, clocked: &Clocked, left: &Left) -> Result<(), usize> {
+    /// Everything up to the time of `left` happens.
+    pub fn advance(&mut self, clocked: &Clocked, left: &Left) -> Result<(), Trouble> {
         let t = left.t;
         let until = t + SNAP * t;
         for (k, held) in self.held.iter_mut().enumerate() {
@@ -235,6 +312,9 @@ impl Live {
         }
         for (timer, edges) in clocked.timers.iter().zip(&mut self.timers) {
             edges.advance(t, timer.dead);
+        }
+        for place in self.exchanges.iter_mut().filter(|place| place.next <= until) {
+            (place.asked, place.next) = (true, f64::INFINITY);
         }
         let ticking: Vec<Option<f64>> =
             (0..clocked.clocks.len()).map(|k| Some(self.next_tick(clocked, k)).filter(|&at| at <= until)).collect();
@@ -256,18 +336,42 @@ impl Live {
     }
 
     /// The rules of the clocks that tick, in their order.
-    fn evaluate(&mut self, clocked: &Clocked, left: &Left, ticking: &[Option<f64>]) -> Result<(), usize> {
+    fn evaluate(&mut self, clocked: &Clocked, left: &Left, ticking: &[Option<f64>]) -> Result<(), Trouble> {
         let mut waves = left.waves.to_vec();
-        for rule in clocked.rules.iter().filter(|rule| ticking[rule.clock].is_some()) {
+        let ticks = |rule: &&Rule| ticking[rule.clock].is_some();
+        for (rule, unit) in clocked.rules.iter().filter(ticks).filter_map(|rule| Some((rule, rule.unit?))) {
+            let spec = &clocked.units[unit];
+            let mut found: Vec<f64> = rule.signals.iter().map(|&k| self.values[k]).collect();
+            let at = ticking[rule.clock].unwrap_or(left.t);
+            let done = self.units[unit].arrive(spec, at, &mut found);
+            done.map_err(|said| Trouble::Unit(spec.card.clone(), said))?;
+            self.put(clocked, rule, found, &mut waves)?;
+        }
+        for rule in clocked.rules.iter().filter(ticks) {
             let Some(program) = &rule.program else { continue };
-            let found = program.eval(&Inputs { x: left.x, t: left.t, waves: &waves, flags: left.flags });
-            for (&k, value) in rule.signals.iter().zip(found) {
-                if !value.is_finite() {
-                    return Err(k);
+            let mut found = program.eval(&Inputs { x: left.x, t: left.t, waves: &waves, flags: left.flags });
+            if let Some(unit) = rule.unit {
+                let (spec, inputs) = (&clocked.units[unit], found);
+                if let Some(k) = inputs.iter().position(|v| !v.is_finite()) {
+                    return Err(Trouble::Unit(spec.card.clone(), format!("its input number {} is not finite", k + 1)));
                 }
-                self.values[k] = value;
-                waves[clocked.signals[k].waves[0]] = value;
+                found = vec![0.0; rule.signals.len()];
+                let at = ticking[rule.clock].unwrap_or(left.t);
+                let done = self.units[unit].give(spec, at, &inputs, &mut found);
+                done.map_err(|said| Trouble::Unit(spec.card.clone(), said))?;
             }
+            self.put(clocked, rule, found, &mut waves)?;
+        }
+        Ok(())
+    }
+
+    fn put(&mut self, clocked: &Clocked, rule: &Rule, found: Vec<f64>, waves: &mut [f64]) -> Result<(), Trouble> {
+        for (&k, value) in rule.signals.iter().zip(found) {
+            if !value.is_finite() {
+                return Err(Trouble::Signal(k));
+            }
+            self.values[k] = value;
+            waves[clocked.signals[k].waves[0]] = value;
         }
         Ok(())
     }

@@ -16,6 +16,7 @@ pub mod edges; // switching times that sources alone decide
 pub mod events; // state events on dense output
 #[cfg(not(target_family = "wasm"))]
 pub mod fmi; // FMUs: the functions of FMI 2 and 3
+pub mod foreign; // FMUs of others: their libraries
 pub mod graph; // hash-consed expression nodes with folding
 pub mod hidden; // constraints between states, differentiated before a run
 pub mod integrate; // the methods and the driver

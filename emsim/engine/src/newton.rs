@@ -40,6 +40,11 @@ pub enum Failure {
     Signal {
         signal: usize,
     },
+    /// an FMU that is part of the deck: its card, and why it does not go on
+    Foreign {
+        card: String,
+        said: String,
+    },
     /// flags that have no consistent values: one of them
     Contradiction {
         flag: usize,

@@ -29,6 +29,7 @@ pub struct NoPoint {
 }
 
 pub fn initial(sys: &System) -> Vec<f64> {
+    sys.clocked.exchanges.iter().for_each(|seat| seat.of.restart());
     sys.unknowns.iter().map(|u| u.initial).collect()
 }
 

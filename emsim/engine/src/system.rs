@@ -258,6 +258,7 @@ impl Work {
         self.standing = held.standing.clone();
         self.logic = held.logic.clone();
         self.clocked = held.clocked.clone();
+        self.clocked.return_exchanges();
         self.wave_time = f64::NAN;
     }
 

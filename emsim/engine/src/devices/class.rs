@@ -192,6 +192,10 @@ pub trait Class: Send + Sync {
     fn operations(&self, k: usize) -> f64 {
         PER_SLOPE * self.shape(k).links.len() as f64
     }
+    /// Are its currents and charges expressions (`symbols`)? What is only evaluated is not.
+    fn is_formula(&self) -> bool {
+        true
+    }
     /// Itself, where it was compiled from a text.
     fn compiled(&mut self) -> Option<&mut super::compiled::Compiled> {
         None

@@ -29,6 +29,7 @@ macro_rules! constants {
 pub mod class;
 pub mod compiled;
 pub mod diode;
+pub mod foreign;
 pub mod limits;
 pub mod number;
 pub mod shape;

@@ -400,7 +400,7 @@ impl<'a, S: Sink> Run<'a, S> {
             self.record.row(self.sys, self.w, t, &self.x);
         }
         self.record.open(self.sys, self.w, t, &self.x);
-        let ticked = self.tick();
+        let ticked = self.tick() || self.w.clocked.asks();
         self.stop = self.sys.next_stop(self.w, t, self.until);
         if ticked || self.stop <= self.same(t) {
             self.t = if ticked { t } else { self.stop.max(t) };
@@ -576,6 +576,11 @@ impl<'a, S: Sink> Run<'a, S> {
                 return;
             }
             self.detector.accept(sys, self.w, &self.x, self.t, &mut self.check);
+            if self.hear() {
+                self.step_event(step, method);
+                s.h = if fixed { s.h } else { (0.1 * step).max(smallest) };
+                continue;
+            }
             if !(lands && self.t >= self.stop) {
                 s.normal = s.h;
                 continue;

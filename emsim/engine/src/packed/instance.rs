@@ -446,6 +446,7 @@ fn told(sys: &System, failed: &Failed, packed: &Packed) -> String {
             let of = sys.clocked.signals.get(*signal).map_or("?", |s| s.name.as_str());
             ("signal", format!("{of} is not finite {when}"))
         }
+        Failure::Foreign { card, said } => ("foreign", format!("the FMU {card} fails {when}: {said}")),
         Failure::Contradiction { flag } => {
             let of = packed.conditions.get(*flag).map_or("a condition", String::as_str);
             ("contradiction", format!("{of} contradicts itself or others {when}"))

@@ -1,13 +1,15 @@
 //! `Builder`: collects the contributions of one deck and compiles them.
 use super::expr::{lock, Expr, SharedGraph};
-use super::guarded;
 use super::system::{Origin, System};
 use super::veriloga::{self, VerilogA};
+use super::{foreign, guarded};
 use crate::assembly;
 use crate::clocked::{Clock, Signal, Timer};
 use crate::derive;
 use crate::devices::compiled::Compiled;
+use crate::devices::foreign::Exchanged;
 use crate::devices::Climate;
+use crate::foreign::exchange::{Exchange, Seat};
 use crate::graph::{Fun, Graph, Id, Node};
 use crate::logic;
 use crate::model::{Delay, Feature, Form, Law, LawSpec, Normal, Response};
@@ -17,6 +19,7 @@ use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 use pyo3::exceptions::{PyIndexError, PyKeyError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
@@ -493,6 +496,44 @@ impl Builder {
         let values = self.ids(&values)?;
         self.model()?.clocked.rule(clock, signals, values);
         Ok(())
+    }
+
+    /// An FMU for co-simulation (py/foreign.rs): what it makes of values at the ticks of a clock of its own.
+    fn clocked_unit(
+        &mut self,
+        clock: usize,
+        spec: &Bound<'_, PyDict>,
+        values: Vec<Bound<'_, PyAny>>,
+        signals: Vec<usize>,
+    ) -> PyResult<()> {
+        let (spec, values) = (foreign::spec(spec)?, self.ids(&values)?);
+        self.model()?.clocked.unit(clock, spec, values, signals);
+        Ok(())
+    }
+
+    /// An FMU for model exchange between unknowns: its states, its inputs, the time, its outputs, its indicators; flags that are the signs of
+    /// the latter.
+    fn exchange(
+        &mut self,
+        spec: &Bound<'_, PyDict>,
+        places: [Vec<usize>; 5],
+        flags: Vec<Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let flags = self.ids(&flags)?.into_iter().map(|id| self.flag_number(id)).collect::<PyResult<Vec<_>>>()?;
+        let of = Arc::new(Exchange::new(foreign::spec(spec)?));
+        let [states, inputs, time, outputs, indicators] = places;
+        let ports = [states.clone(), inputs.clone(), time].concat();
+        let rows = [states.clone(), outputs, indicators].concat();
+        let m = self.model()?;
+        m.classes.push(Box::new(Exchanged::new(of.clone(), &ports, &rows)));
+        m.clocked.exchanges.push(Seat { of, states, inputs, flags });
+        Ok(())
+    }
+
+    /// States with which an FMU for model exchange begins: an instance is made, and goes. ValueError: why there is none.
+    #[staticmethod]
+    fn exchange_starts(spec: &Bound<'_, PyDict>) -> PyResult<Vec<f64>> {
+        Exchange::new(foreign::spec(spec)?).first_states().map_err(PyValueError::new_err)
     }
 
     /// A timer between two signals; gives the waves of its level and of the complement.

@@ -2,6 +2,7 @@
 //! system, one for syntax trees, one for Verilog-A, one for circuit diagrams, one for the numbers of tables.
 mod builder;
 mod expr;
+mod foreign;
 mod instance;
 mod schematic;
 mod smallsignal;

@@ -146,6 +146,22 @@ type Numbers = Vec<(usize, f64)>;
 
 #[pymethods]
 impl System {
+    /// What the deck's FMUs have said since this was asked: card and message.
+    fn said(&self) -> Vec<(String, String)> {
+        let of = |spec: &Arc<crate::foreign::Spec>| {
+            let told = spec.told.lock().map(|mut told| std::mem::take(&mut *told)).unwrap_or_default();
+            told.into_iter().map(|text| (spec.card.clone(), text)).collect::<Vec<_>>()
+        };
+        let exchanges = self.inner.clocked.exchanges.iter().map(|seat| &seat.of.spec);
+        self.inner.clocked.units.iter().chain(exchanges).flat_map(of).collect()
+    }
+
+    /// Of FMUs for model exchange that could not be evaluated when this was asked last: card and why.
+    fn unevaluated(&self) -> Vec<(String, String)> {
+        let seats = self.inner.clocked.exchanges.iter();
+        seats.filter_map(|seat| Some((seat.of.spec.card.clone(), seat.of.trouble()?))).collect()
+    }
+
     /// The system that the same builder would have made with other numbers: constants of F, of Q, of sources, and charges of a
     /// start with UIC, by place, and waves. It takes the expressions of this one. The builder was told that what it made is kept.
     fn again(
@@ -826,6 +842,11 @@ fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyRe
         Failure::Signal { signal } => {
             d.set_item("signal", sys.clocked.signals.get(*signal).map(|s| s.name.clone()))?;
             ("signal", None, None)
+        }
+        Failure::Foreign { card, said } => {
+            d.set_item("card", card)?;
+            d.set_item("said", said)?;
+            ("foreign", None, None)
         }
         Failure::Contradiction { flag } => {
             d.set_item("flag", flag)?;

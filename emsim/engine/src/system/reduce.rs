@@ -17,6 +17,9 @@ impl System {
             if !self.logic.is_empty() {
                 return Err("there are digital nodes".into());
             }
+            if self.devices.classes.iter().any(|c| !c.class.is_formula()) {
+                return Err("an FMU for model exchange is no formula: implicit methods evaluate it".into());
+            }
             if !self.clocked.is_empty() {
                 return Err("there are clocks".into());
             }

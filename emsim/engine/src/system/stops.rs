@@ -1,6 +1,6 @@
 //! Where a run has to stop: flags and their roots, corners of sources, edges that are known.
 use super::{Free, System, Work};
-use crate::clocked::Left;
+use crate::clocked::{Left, Trouble};
 use crate::conditions::Scale;
 use crate::model::{Kind, Law};
 use crate::tape::Inputs;
@@ -171,6 +171,7 @@ impl System {
     /// Turns a flag.
     pub fn flip(&self, w: &mut Work, k: usize) {
         w.flags[k] = 1.0 - w.flags[k];
+        w.clocked.turned(&self.clocked, k);
         w.standing.armed[k] = false;
         w.standing.fresh[k] = self.roots.output(&w.roots, 2 * k);
     }
@@ -296,9 +297,8 @@ impl System {
         stop
     }
 
-    /// What clocks have due at t happens: they see x and what the sources were just before. True where something was due; a signal
-    /// that is no number as an error.
-    pub fn tick(&self, w: &mut Work, x: &[f64], t: f64) -> Result<bool, usize> {
+    /// What clocks have due at t happens: they see x and what the sources were just before. True where something was due.
+    pub fn tick(&self, w: &mut Work, x: &[f64], t: f64) -> Result<bool, Trouble> {
         if self.clocked.is_empty() || w.clocked.next(&self.clocked) > t * (1.0 + 8.0 * f64::EPSILON) {
             return Ok(false);
         }
@@ -306,6 +306,17 @@ impl System {
         w.clocked.advance(&self.clocked, &Left { x, t, waves: &w.waves, flags: &w.flags })?;
         self.touch_sources(w);
         Ok(true)
+    }
+
+    /// Events of FMUs for model exchange at the point that stands. Flags of their indicators are then what these are behind it: a ball that
+    /// has bounced is above the floor, were it by the smallest number there is.
+    pub fn exchange(&self, w: &mut Work, x: &mut [f64], t: f64) -> Result<(), Trouble> {
+        for (k, sign) in w.clocked.exchange(&self.clocked, x, t)? {
+            w.flags[k] = f64::from(u8::from(sign > 0.0));
+            w.standing.armed[k] = false;
+            w.standing.fresh[k] = sign;
+        }
+        Ok(())
     }
 
     /// The next corner of a source that only edges read, for the record.

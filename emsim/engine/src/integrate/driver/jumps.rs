@@ -2,6 +2,7 @@
 use super::super::rows::{undetermined, Sink};
 use super::super::Method;
 use super::Run;
+use crate::clocked::Trouble;
 use crate::newton::Failure;
 
 /// A jump takes this part of the next stretch.
@@ -44,10 +45,48 @@ impl<S: Sink> Run<'_, S> {
 
     /// What clocks have due happens at the point that stands.
     pub(super) fn tick(&mut self) -> bool {
-        self.sys.tick(self.w, &self.x, self.t).unwrap_or_else(|signal| {
-            self.fail(0.0, Failure::Signal { signal }, vec![]);
-            false
-        })
+        let ticked = self.sys.tick(self.w, &self.x, self.t);
+        self.unless_trouble(ticked).unwrap_or(false)
+    }
+
+    fn unless_trouble<T>(&mut self, done: Result<T, Trouble>) -> Option<T> {
+        let why = match done {
+            Ok(found) => return Some(found),
+            Err(Trouble::Signal(signal)) => Failure::Signal { signal },
+            Err(Trouble::Unit(card, said)) => Failure::Foreign { card, said },
+        };
+        self.fail(0.0, why, vec![]);
+        None
+    }
+
+    /// FMUs for model exchange hear of the step that was accepted; true where one of them asks for an event.
+    pub(super) fn hear(&mut self) -> bool {
+        if self.sys.clocked.exchanges.is_empty() {
+            return false;
+        }
+        let heard = self.w.clocked.completed(&self.sys.clocked, &self.x, self.t);
+        self.unless_trouble(heard).is_some() && self.w.clocked.asks()
+    }
+
+    /// Their events at the point that stands.
+    fn exchange(&mut self) {
+        if self.w.clocked.asks() {
+            let done = self.sys.exchange(self.w, &mut self.x, self.t);
+            let _ = self.unless_trouble(done);
+            self.stop = self.sys.next_stop(self.w, self.t, self.until);
+        }
+    }
+
+    /// An event that an FMU asks for behind a step.
+    pub(super) fn step_event(&mut self, width: f64, method: &mut dyn Method) {
+        self.sys.remember(self.w, &self.x, self.t);
+        self.w.past.corner(self.t);
+        self.w.counters.events += 1;
+        self.slopes_jump(method);
+        self.stop = self.sys.next_stop(self.w, self.t, self.until);
+        self.jump(width.min(self.tmax), method);
+        self.grid.bent(self.t, self.stop - self.t);
+        self.restart(method);
     }
 
     /// Up to here it is the time t: steps are longer.
@@ -97,6 +136,7 @@ impl<S: Sink> Run<'_, S> {
     pub(super) fn jump(&mut self, width: f64, method: &mut dyn Method) {
         let (rounds, mut asked) = (self.sys.rounds(), 0);
         for again in 0..rounds {
+            self.exchange();
             // latches that are let go together fall to one side when they are asked one by one
             let (one, seen) = (2 * again > rounds, self.outcome.events.len());
             // edges that are due at once
@@ -131,7 +171,8 @@ impl<S: Sink> Run<'_, S> {
                 }
             }
             let turned = self.outcome.events.len() > seen;
-            if settled && (self.stop > self.t || again > 0 && !turned) && !self.laws_ask(width, &mut asked) {
+            let asks = self.w.clocked.look(&self.sys.clocked, &self.x);
+            if settled && !asks && (self.stop > self.t || again > 0 && !turned) && !self.laws_ask(width, &mut asked) {
                 break;
             }
             if turned && again + 1 == rounds {
