@@ -3,6 +3,7 @@
 mod builder;
 mod expr;
 mod instance;
+mod request;
 mod schematic;
 mod smallsignal;
 mod syntax;
