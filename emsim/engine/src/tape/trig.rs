@@ -51,11 +51,13 @@ pub struct Table {
 }
 
 /// The row of `TABLE` at which a field begins.
+#[cfg(all(target_arch = "x86_64", unix))]
 macro_rules! row {
     ($field:ident) => {
         std::mem::offset_of!($crate::tape::trig::Table, $field) / 32
     };
 }
+#[cfg(all(target_arch = "x86_64", unix))]
 pub(super) use row;
 
 pub static TABLE: Table = Table {
