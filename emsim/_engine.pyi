@@ -82,6 +82,7 @@ class Builder:
         self,
         form: str,
         row: int,
+        *,
         flow: Expr,
         bound: Expr,
         stick: Expr,
@@ -345,6 +346,7 @@ class System:
         """The equations linearised about the operating point, or why there is none. hold: the machine does not move."""
     def pack(
         self,
+        *,
         token: str,
         inputs: Sequence[tuple[int, str, float, str]],
         outputs: Sequence[tuple[Expr, str]],
@@ -355,7 +357,7 @@ class System:
         codes: dict[str, str],
         conditions: Sequence[str],
         warnings: dict[int, str],
-        accounts: tuple[Sequence[Expr], Sequence[Expr], Sequence[int]] | None = None,
+        accounts: tuple[Sequence[Expr], Sequence[Expr], Sequence[int]] | None,
     ) -> tuple[bytes, list[tuple[str, str | None]]]:
         """The equations as bytes, for the engine in an FMU. Inputs: wave, name, value where nothing is said, and when it
         varies (continuous, tunable, fixed); outputs: expression (made before `compile`), name; guards: expression
@@ -367,10 +369,11 @@ class System:
         self,
         tstep: float,
         tstop: float,
+        *,
         tstart: float = 0.0,
         tmax: float | None = None,
         uic: bool = False,
-        outputs: Sequence[Expr] = ...,
+        outputs: Sequence[Expr] = (),
         options_: dict[str, Any] | None = None,
         progress: Callable[[float, float, int, int], bool | None] | None = None,
         accounts: tuple[Sequence[Expr], Sequence[Expr], bool] | None = None,
@@ -594,6 +597,7 @@ class VerilogA:
         self,
         module: str,
         parameters: dict[str, float | str | list[float]] = {},
+        *,
         temp: float = 27.0,
         voltages: dict[str, float] = {},
         gmin: float = 0.0,

@@ -336,8 +336,8 @@ def _amplified(assembly: Assembly, run: Run) -> None:
     asked = float(options.get("reltol", RELTOL))
     reltol = asked / FINER
     again = assembly.system.tran(
-        tstep, tstop, tstart, None, run.uic, exprs, {**options, "reltol": reltol}, None, None, False
-    )
+        tstep, tstop, tstart=tstart, uic=run.uic, outputs=exprs, options_={**options, "reltol": reltol}, drawn=False
+    )  # fmt: skip
     if again.status != "ok":
         return
 

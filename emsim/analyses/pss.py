@@ -136,7 +136,8 @@ class Pss(Tran):
         names, units, exprs = recorded(own, self)
         count = max(SAMPLES, 32 * self.harmonics)
         even = own.system.tran(
-            period / count, period, 0.0, self.longest(own), False, exprs, search.options, None, None, False, begin=self.begin
+            period / count, period, tmax=self.longest(own), outputs=exprs, options_=search.options, drawn=False,
+            begin=self.begin,
         )  # fmt: skip
         t = np.frombuffer(even.column(0))
         rows = np.searchsorted(t, np.arange(count) * (period / count) - 1e-9 * period)
@@ -188,8 +189,8 @@ class Orbit(Search):
 
         watch = tick if self.progress else None
         waves = self.system.tran(
-            min(self.period / 64.0, length), length, rows_from, ss.longest(self.assembly), uic, outputs, self.options, watch,
-            None, False, begin=begin,
+            min(self.period / 64.0, length), length, tstart=rows_from, tmax=ss.longest(self.assembly), uic=uic,
+            outputs=outputs, options_=self.options, progress=watch, drawn=False, begin=begin,
         )  # fmt: skip
         if waves.status == "failed":
             from .failure import explain

@@ -120,8 +120,8 @@ def solve(
         return bool(progress and progress(now, tran.tstop, step, steps, events))
 
     waves = assembly.system.tran(
-        tran.tstep, tran.tstop, tran.tstart, tran.tmax, tran.uic, exprs, assembly.options,
-        tick if progress else None, inside=(exprs, DEGREE), tangent=(sizes, besides),
+        tran.tstep, tran.tstop, tstart=tran.tstart, tmax=tran.tmax, uic=tran.uic, outputs=exprs, options_=assembly.options,
+        progress=tick if progress else None, inside=(exprs, DEGREE), tangent=(sizes, besides),
     )  # fmt: skip
     return waves, Along(waves, len(names), len(exprs))
 

@@ -195,8 +195,9 @@ class Search:
 
         watch = tick if self.progress else None
         waves = self.system.tran(
-            ss.tstep, length, rows_from, ss.tmax, uic, outputs, self.options, watch, None, False, begin=begin
-        )
+            ss.tstep, length, tstart=rows_from, tmax=ss.tmax, uic=uic, outputs=outputs, options_=self.options, progress=watch,
+            drawn=False, begin=begin,
+        )  # fmt: skip
         self.periods += round(length / ss.tstop)
         if waves.status == "failed":
             from .failure import explain

@@ -79,16 +79,16 @@ def allocate(m: Mechanism, card: Card) -> None:
         b.law(
             law.form,
             law.row,
-            flow,
-            bound,
-            stick,
-            shown,
-            law.e,
-            law.flags,
-            _bounded_by(law),
-            way,
-            across,
-            edge,
+            flow=flow,
+            bound=bound,
+            stick=stick,
+            gap=shown,
+            restitution=law.e,
+            flags=law.flags,
+            normal=_bounded_by(law),
+            way=way,
+            across=across,
+            feature=edge,
         )
         m.laws.append((card, law))
 

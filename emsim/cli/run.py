@@ -116,7 +116,7 @@ def _run(given: Arguments) -> int:
     finally:
         if progress:
             progress.clear()
-    return _deliver(given, result, files, plots, films, source, code, trouble, stream)
+    return _deliver(given, result, files, (plots, films), source, (code, trouble), stream)
 
 
 class Said:
@@ -186,19 +186,18 @@ def _deliver(
     given: Arguments,
     result: Result,
     targets: Sequence[Target],
-    plots: Plots,
-    films: Films,
+    drawings: tuple[Plots, Films],
     source: str,
-    code: int,
-    trouble: Sequence[Diagnostic],
+    ended: tuple[int, Sequence[Diagnostic]],
     stream: raw.Stream | None,
 ) -> int:
     """Files first, so that nothing that happens to the terminal can lose them; then tables and messages. A file that
-    cannot be written loses none of the others."""
+    cannot be written loses none of the others. `ended`: the code so far, and what is to be said."""
     written, failed = _written(given, result, targets, source, stream)
+    code, trouble = ended
     said, code = list(trouble), code or (console.OUTSIDE if failed else console.OK)
     said += failed
-    for drawing in (plots, films):
+    for drawing in drawings:
         try:
             if drawing and any(len(table) for table in result.plots):
                 drawing.draw(result)
@@ -216,7 +215,7 @@ def _deliver(
     diagnostics = [*result.diagnostics, *(d for d in said if d not in result.diagnostics)]
     if not given.has("json") and given.text("csv") != "-":
         in_file = given.text("output") in written
-        _print_tables(result, not plots.terminal and not in_file, given.has("energy"))
+        _print_tables(result, not drawings[0].terminal and not in_file, given.has("energy"))
     # where nothing ran the note is all that says why there is no file
     console.show(diagnostics, given.has("quiet") and bool(result.plots))
     if given.has("json"):

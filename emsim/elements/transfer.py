@@ -224,15 +224,12 @@ def chain(
     u: Expr,
     below: Sequence[float],
     scales: Sequence[float],
-    kind: str = "branch",
-    unit: str = "A",
+    of: tuple[str, str] = ("branch", "A"),
     starts: Sequence[float] = (),
 ) -> list[Expr]:
-    """z_0 .. z_n of (1), the last as an expression of the others; `starts`: of the states before a start from given values."""
+    """z_0 .. z_n of (1), the last by the others. States: kind and unit `of`, `starts` before a start from given values."""
     b, n = ctx.b, len(below) - 1
-    states = [
-        b.unknown(f"{name}#{n - 1 - k}", kind, unit, starts[k] if k < len(starts) else 0.0) for k in range(n)
-    ]
+    states = [b.unknown(f"{name}#{n - 1 - k}", *of, starts[k] if k < len(starts) else 0.0) for k in range(n)]
     top = u
     for k, state in enumerate(states):
         if below[k]:

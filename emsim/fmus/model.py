@@ -111,15 +111,15 @@ def pack(
     warnings = {k: said[name] for k, name in enumerate(names) if name in said}
     opened, book = assembly.flat.inputs, assembly.accounts
     return assembly.system.pack(
-        token,
-        [(wave[name], name, start, varies) for name, start, varies in inputs],
-        outputs,
-        [*opened.guards.values()] if opened is not None else [],
-        assembly.options,
-        (tran.tstep, tran.tstop, tran.longest(assembly), tran.tstart),
-        tran.uic,
-        {**CODES, "chattering": "W405"},
-        conditions,
-        warnings,
-        None if book is None else book.expressions(),
+        token=token,
+        inputs=[(wave[name], name, start, varies) for name, start, varies in inputs],
+        outputs=outputs,
+        guards=[*opened.guards.values()] if opened is not None else [],
+        options_=assembly.options,
+        times=(tran.tstep, tran.tstop, tran.longest(assembly), tran.tstart),
+        uic=tran.uic,
+        codes={**CODES, "chattering": "W405"},
+        conditions=conditions,
+        warnings=warnings,
+        accounts=None if book is None else book.expressions(),
     )

@@ -163,8 +163,8 @@ class Problem:
             return late
 
         waves = assembly.system.tran(
-            self.spacing, t.tstop, t.tstart, t.tmax, t.uic, [exprs[n] for n in names], options, over,
-            drawn=False,
+            self.spacing, t.tstop, tstart=t.tstart, tmax=t.tmax, uic=t.uic, outputs=[exprs[n] for n in names],
+            options_=options, progress=over, drawn=False,
         )  # fmt: skip
         stats = dict(waves.stats)
         if waves.status == "ok":

@@ -28,14 +28,15 @@ LONG = 80  # lines of a function that is read at a sitting
 MANY = 8  # arguments that a caller cannot keep apart by place
 FILE = 600  # lines of a file
 # rooms of abilities that grow while the rest gets simpler: pages that compute, the playground, sweeps, runs led from Python,
-# cards of rolling, of tyres and of relations among joints, robots and schematics
-# of others. Counted apart
+# cards of rolling, of tyres and of relations among joints, robots, schematics
+# and FMUs of others. Counted apart
 APART = (
     "emsim/assemble/hands.py", "emsim/cards/knife.py", "emsim/cards/ratio.py", "emsim/cards/roll.py",
     "emsim/engine/src/packed/", "emsim/engine/src/page.rs", "emsim/engine/src/py/instance.rs", "emsim/fmus/page.py",
     "emsim/fmus/session.py", "emsim/outputs/glyphs/knife.py", "emsim/outputs/glyphs/ratio.py", "emsim/sweeps/",
     "emsim/playground/", "emsim/cli/playground.py", "emsim/cli/gallery.py", "emsim/cards/magic.py", "emsim/cards/tyre.py",
     "emsim/cli/import.py", "emsim/readers/", "emsim/robots/", "emsim/sheets/", "emsim/schematic/given.py",
+    "emsim/engine/src/foreign/", "emsim/engine/src/devices/foreign.rs", "emsim/engine/src/py/foreign.rs", "emsim/build_unit.py",
 )  # fmt: skip
 KNOT = 8  # modules that import each other in a circle and can still be read as one thing
 

@@ -373,7 +373,9 @@ def numbers(module, given: dict[str, float], inst: dict[str, float], at: dict[st
     while True:
         voltages = {name: v for name, v in at.items() if name in known}
         try:
-            found = module.texts.evaluate(module.name, given, 60.0, voltages, 1e-12, 27.0, inst)
+            found = module.texts.evaluate(
+                module.name, given, temp=60.0, voltages=voltages, gmin=1e-12, instance=inst
+            )
         except ValueError:
             return None
         except KeyError:  # one of them is none in these values

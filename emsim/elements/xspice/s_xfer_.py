@@ -44,7 +44,7 @@ class TransferFunction(CodeModel):
         u = seat["gain"] * (seat.read("in") + seat["in_offset"])
         # int_ic begins with the highest derivative but one
         starts = [seat.entry("int_ic", n - 1 - k, 0.0) for k in range(n)]
-        z = chain(seat.ctx, seat.name, u, den, scales, "coordinate", "", starts)
+        z = chain(seat.ctx, seat.name, u, den, scales, ("coordinate", ""), starts)
         terms = (c / scale * term for c, scale, term in zip(num, scales, z, strict=False))
         seat.drive("out", sum(terms, seat.ctx.b.const(0.0)))
 

@@ -24,9 +24,6 @@
 //! Matrices are row-major slices. Coordinates that are `held` never change.
 use crate::interrupt;
 
-/// Singular values below this part of the largest are taken for zero.
-pub const RANK_TOLERANCE: f64 = 1e-9;
-
 /// L of A = L L^T, A symmetric positive definite.
 #[derive(Clone, Debug)]
 pub struct Cholesky {
@@ -301,7 +298,8 @@ impl Metric {
 
 /// Shortest y that minimises |A y - r|, A given by `at` = A^T by columns (f x rows).
 fn pseudo_solve(at: Vec<f64>, f: usize, rows: usize, r: &[f64]) -> Vec<f64> {
-    let qr = Qr::new(at, f, rows, RANK_TOLERANCE, true);
+    // singular values below this part of the largest are taken for zero
+    let qr = Qr::new(at, f, rows, 1e-9, true);
     let k = qr.rank;
     // B z = P^T r with B = [R11 R12]^T, by columns: column i of B is row i of R
     let mut b = vec![0.0; rows * k];
@@ -381,45 +379,8 @@ pub fn project(
         }
         iterations += 1;
 
-        // rows in metres and rows in radians are brought to one scale, which stays: the residual must be comparable
-        let mut at = metric.weigh(&at_x.jacobian, rows, n);
-        if scale.is_empty() {
-            scale = row_scales(&at, f, rows);
-        }
-        for (i, s) in scale.iter().enumerate() {
-            for v in &mut at[i * f..(i + 1) * f] {
-                *v *= s;
-            }
-        }
-        let wanted: Vec<f64> = at_x.value.iter().zip(&scale).map(|(v, s)| -v * s).collect();
-        let size = at_x.size(&scale);
-        let frobenius = at.iter().map(|v| v * v).sum::<f64>().sqrt();
-
-        // Gauss-Newton, halved until the residual falls by a good part of what was promised
-        let y = pseudo_solve(at.clone(), f, rows, &wanted);
-        let mut accepted = false;
-        let mut part = 1.0;
-        for _ in 0..6 {
-            trial.take(h, metric.moved(&at_x.x, &y, part));
-            // 1 - part would be left of a linear residual
-            if trial.size(&scale) < size * (1.0 - 0.5 * part).max(0.5 * (1.0 - part)) {
-                accepted = true;
-                break;
-            }
-            part *= 0.5;
-        }
-        // Levenberg
-        if !accepted && frobenius > 0.0 {
-            for lambda in [1e-3, 1e-2, 1e-1, 1.0, 10.0] {
-                let y = damped_solve(&at, f, rows, &wanted, lambda * frobenius);
-                trial.take(h, metric.moved(&at_x.x, &y, 1.0));
-                if trial.size(&scale) < size * (1.0 - 1e-3) {
-                    accepted = true;
-                    break;
-                }
-            }
-        }
-        slow = if trial.size(&scale) > 0.8 * size { slow + 1 } else { 0 };
+        let accepted = improve(h, &metric, &at_x, &mut trial, &mut scale);
+        slow = if trial.size(&scale) > 0.8 * at_x.size(&scale) { slow + 1 } else { 0 };
         if accepted && slow < 4 {
             std::mem::swap(&mut at_x, &mut trial);
             continue;
@@ -438,6 +399,52 @@ pub fn project(
         slow = 0;
         at_x.take(h, start);
     }
+}
+
+/// A step from `at_x` to `trial`; is it a gain? `scale`: of the rows, made where it is empty.
+fn improve(
+    h: &mut dyn FnMut(&[f64], &mut [f64], &mut [f64]),
+    metric: &Metric,
+    at_x: &Evaluation,
+    trial: &mut Evaluation,
+    scale: &mut Vec<f64>,
+) -> bool {
+    let (rows, n, f) = (at_x.value.len(), at_x.x.len(), metric.free.len());
+    // rows in metres and rows in radians are brought to one scale, which stays: the residual must be comparable
+    let mut at = metric.weigh(&at_x.jacobian, rows, n);
+    if scale.is_empty() {
+        *scale = row_scales(&at, f, rows);
+    }
+    for (i, s) in scale.iter().enumerate() {
+        for v in &mut at[i * f..(i + 1) * f] {
+            *v *= s;
+        }
+    }
+    let wanted: Vec<f64> = at_x.value.iter().zip(&*scale).map(|(v, s)| -v * s).collect();
+    let size = at_x.size(scale);
+    let frobenius = at.iter().map(|v| v * v).sum::<f64>().sqrt();
+
+    // Gauss-Newton, halved until the residual falls by a good part of what was promised
+    let y = pseudo_solve(at.clone(), f, rows, &wanted);
+    let mut part = 1.0;
+    for _ in 0..6 {
+        trial.take(h, metric.moved(&at_x.x, &y, part));
+        // 1 - part would be left of a linear residual
+        if trial.size(scale) < size * (1.0 - 0.5 * part).max(0.5 * (1.0 - part)) {
+            return true;
+        }
+        part *= 0.5;
+    }
+    // Levenberg
+    let strengths = [1e-3, 1e-2, 1e-1, 1.0, 10.0].into_iter().filter(|_| frobenius > 0.0);
+    for lambda in strengths {
+        let y = damped_solve(&at, f, rows, &wanted, lambda * frobenius);
+        trial.take(h, metric.moved(&at_x.x, &y, 1.0));
+        if trial.size(scale) < size * (1.0 - 1e-3) {
+            return true;
+        }
+    }
+    false
 }
 
 /// Scales that make rows of A of similar length; a row that happens to vanish is not blown up.

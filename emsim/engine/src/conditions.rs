@@ -102,9 +102,6 @@ pub struct Scale {
     time: f64,
 }
 
-/// Scales that have grown by less are as they were.
-const GROWN: f64 = 1.25;
-
 impl Scale {
     /// True where something is larger now than it was.
     pub fn observe(&mut self, unknowns: &[Unknown], x: &[f64], t: f64) -> bool {
@@ -113,7 +110,8 @@ impl Scale {
             let largest = &mut by_kind[u.kind as usize];
             *largest = largest.max(x.abs());
         }
-        let grown = by_kind.iter().zip(&self.by_kind).any(|(new, old)| *new > GROWN * old) || t > GROWN * self.time;
+        // scales that have grown by less are as they were
+        let grown = by_kind.iter().zip(&self.by_kind).any(|(new, old)| *new > 1.25 * old) || t > 1.25 * self.time;
         if grown {
             (self.by_kind, self.time) = (by_kind, t);
             self.of.clear();

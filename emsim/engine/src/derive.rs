@@ -37,7 +37,6 @@ pub fn gradient(g: &mut Graph, y: Id, xs: &[Id]) -> Vec<Id> {
     xs.iter().map(|x| adjoint.get(x).copied().unwrap_or(zero)).collect()
 }
 
-/// (operand, bar * d node / d operand) for each active operand.
 /// bar * d, kept inside the branch where the adjoint lives: `select(c, bar, 0) * d` must be 0, not 0 * NaN, elsewhere.
 fn scale(g: &mut Graph, bar: Id, d: Id) -> Id {
     if let Node::Select(c, a, b) = g.node(bar) {
@@ -54,6 +53,7 @@ fn scale(g: &mut Graph, bar: Id, d: Id) -> Id {
     g.mul(bar, d)
 }
 
+/// (operand, bar * d node / d operand) for each active operand.
 fn partials(g: &mut Graph, id: Id, bar: Id, active: &HashMap<Id, bool>) -> Vec<(Id, Id)> {
     let on = |o: Id| active.get(&o).copied().unwrap_or(false);
     let mut out = Vec::with_capacity(2);
@@ -104,43 +104,8 @@ fn partials(g: &mut Graph, id: Id, bar: Id, active: &HashMap<Id, bool>) -> Vec<(
             let p = scale(g, bar, p);
             out.push((a, p));
         }
-        Node::Pow(a, b) => {
-            if on(a) {
-                // b a^(b-1)
-                let one = g.constant(1.0);
-                let b1 = g.sub(b, one);
-                let p = g.pow(a, b1);
-                let p = g.mul(b, p);
-                let p = scale(g, bar, p);
-                out.push((a, p));
-            }
-            if on(b) {
-                let l = g.call(Fun::Log, a);
-                let p = g.mul(id, l);
-                let p = scale(g, bar, p);
-                out.push((b, p));
-            }
-        }
-        Node::Atan2(a, b) => {
-            let aa = g.mul(a, a);
-            let bb = g.mul(b, b);
-            // at (0, 0) there is no direction: derivatives 0 let Newton's method leave it
-            let least = g.constant(f64::MIN_POSITIVE);
-            let r = g.add(aa, bb);
-            let r = g.add(r, least);
-            let one = g.constant(1.0);
-            let r = g.div(one, r);
-            let s = scale(g, bar, r);
-            if on(a) {
-                let p = g.mul(s, b);
-                out.push((a, p));
-            }
-            if on(b) {
-                let p = g.mul(s, a);
-                let p = g.neg(p);
-                out.push((b, p));
-            }
-        }
+        Node::Pow(a, b) => of_power(g, (a, b, id), bar, &on, &mut out),
+        Node::Atan2(a, b) => of_atan2(g, (a, b), bar, &on, &mut out),
         Node::Call(f, a) => {
             let d = derivative(g, f, a, id);
             let p = scale(g, bar, d);
@@ -157,6 +122,46 @@ fn partials(g: &mut Graph, id: Id, bar: Id, active: &HashMap<Id, bool>) -> Vec<(
     }
     out.retain(|&(o, _)| on(o));
     out
+}
+
+/// Of a^b, which is `id`.
+fn of_power(g: &mut Graph, (a, b, id): (Id, Id, Id), bar: Id, on: &impl Fn(Id) -> bool, out: &mut Vec<(Id, Id)>) {
+    if on(a) {
+        // b a^(b-1)
+        let one = g.constant(1.0);
+        let b1 = g.sub(b, one);
+        let p = g.pow(a, b1);
+        let p = g.mul(b, p);
+        let p = scale(g, bar, p);
+        out.push((a, p));
+    }
+    if on(b) {
+        let l = g.call(Fun::Log, a);
+        let p = g.mul(id, l);
+        let p = scale(g, bar, p);
+        out.push((b, p));
+    }
+}
+
+fn of_atan2(g: &mut Graph, (a, b): (Id, Id), bar: Id, on: &impl Fn(Id) -> bool, out: &mut Vec<(Id, Id)>) {
+    let aa = g.mul(a, a);
+    let bb = g.mul(b, b);
+    // at (0, 0) there is no direction: derivatives 0 let Newton's method leave it
+    let least = g.constant(f64::MIN_POSITIVE);
+    let r = g.add(aa, bb);
+    let r = g.add(r, least);
+    let one = g.constant(1.0);
+    let r = g.div(one, r);
+    let s = scale(g, bar, r);
+    if on(a) {
+        let p = g.mul(s, b);
+        out.push((a, p));
+    }
+    if on(b) {
+        let p = g.mul(s, a);
+        let p = g.neg(p);
+        out.push((b, p));
+    }
 }
 
 fn derivative(g: &mut Graph, f: Fun, a: Id, fa: Id) -> Id {

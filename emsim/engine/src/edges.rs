@@ -25,12 +25,8 @@ use std::collections::BTreeMap;
 
 type Entries = BTreeMap<(usize, usize), f64>;
 
-/// At most so many corners without an edge are looked through at once.
-const CORNERS: usize = 64;
 /// Instants nearer than this part of the time that is looked at are one.
 pub const TOGETHER: f64 = 1e-9;
-/// ... and their operands are nearer to their thresholds than this part of what is added up in them.
-const ROUGHLY: f64 = 1e-6;
 
 pub struct Edges {
     /// by flag: decided by sources alone
@@ -230,35 +226,16 @@ impl Edges {
         if from <= when {
             // a flag that has just turned stands on its threshold, whatever rounding says, if nothing has jumped
             for (early, k) in w.early.iter_mut().zip(&self.flags) {
-                let stands = w.flipped.contains(k) && *early <= ROUGHLY * standing.size(*k);
+                // and is nearer to it than this part of what is added up in its operand
+                let stands = w.flipped.contains(k) && *early <= 1e-6 * standing.size(*k);
                 *early = if stands { early.min(0.0) } else { *early };
             }
         }
-        for _ in 0..CORNERS {
+        // at most so many corners without an edge are looked through at once
+        for _ in 0..64 {
             let corner = self.sources.iter().map(|&k| waves[k].next_breakpoint(from)).fold(limit, f64::min);
             self.evaluate(w, standing, flags, corner, |k| waves[k].value_before(corner), true);
-            let (mut first, mut until) = (f64::INFINITY, corner);
-            for (m, &k) in self.flags.iter().enumerate() {
-                if w.early[m] < -standing.band[k] {
-                    w.clear[m] = w.clear[m].min(from);
-                }
-                let armed = standing.armed[k] || w.clear[m] <= from;
-                let on = flags[k] != 0.0;
-                let ends = (w.early[m], w.late[m]);
-                w.times[m] = match &self.courses[m] {
-                    _ if standing.stuck == Some(k) => f64::INFINITY,
-                    None => turns(self.laws[m], on, armed, standing.band[k], ends.0, ends.1)
-                        .map_or(f64::INFINITY, |share| from + share * (corner - from)),
-                    Some(course) => {
-                        let leaves = leaves(self.laws[m], on, armed);
-                        let piece = Piece { from, to: corner, ends, band: standing.band[k], leaves, on };
-                        let (turn, far) = course.turn(&piece, waves, flags, &mut w.seen[m]);
-                        until = until.min(far);
-                        turn
-                    }
-                };
-                first = first.min(w.times[m]);
-            }
+            let (first, until) = self.find_times(w, standing, waves, flags, [from, corner]);
             if first.is_finite() && first <= until {
                 let near = first + TOGETHER * (corner - from).min(1e-3 * corner);
                 w.pending.extend(self.flags.iter().zip(&w.times).filter(|(_, &te)| te <= near).map(|(&k, _)| k));
@@ -285,6 +262,40 @@ impl Edges {
             from = corner;
         }
         Some(Edge { t: from, flips: false })
+    }
+
+    /// When each flag turns between two corners: the first of these times, and up to when they are known.
+    fn find_times(
+        &self,
+        w: &mut EdgeWork,
+        standing: &Standing,
+        waves: &[Wave],
+        flags: &[f64],
+        [from, corner]: [f64; 2],
+    ) -> (f64, f64) {
+        let (mut first, mut until) = (f64::INFINITY, corner);
+        for (m, &k) in self.flags.iter().enumerate() {
+            if w.early[m] < -standing.band[k] {
+                w.clear[m] = w.clear[m].min(from);
+            }
+            let armed = standing.armed[k] || w.clear[m] <= from;
+            let on = flags[k] != 0.0;
+            let ends = (w.early[m], w.late[m]);
+            w.times[m] = match &self.courses[m] {
+                _ if standing.stuck == Some(k) => f64::INFINITY,
+                None => turns(self.laws[m], on, armed, standing.band[k], ends.0, ends.1)
+                    .map_or(f64::INFINITY, |share| from + share * (corner - from)),
+                Some(course) => {
+                    let leaves = leaves(self.laws[m], on, armed);
+                    let piece = Piece { from, to: corner, ends, band: standing.band[k], leaves, on };
+                    let (turn, far) = course.turn(&piece, waves, flags, &mut w.seen[m]);
+                    until = until.min(far);
+                    turn
+                }
+            };
+            first = first.min(w.times[m]);
+        }
+        (first, until)
     }
 
     /// Flags that are not what their operands say at t, a time between two steps' ends where none turns.

@@ -69,12 +69,6 @@ pub struct Check {
     pub broken: Vec<(f64, usize)>,
 }
 
-/// Asking to turn at the end of a step is what an event is; asking still, this part of the time later, is a flag that is stuck.
-const STUCK: f64 = 1e-9;
-/// ... of no less than this part of the run: what is let go from rest turns its kinks within roundings of time.
-const EARLY: f64 = 1e-3;
-/// Newton's method ends where values are known to so much of what is added up in them.
-const ROUGH: f64 = 1e-9;
 /// Between the ends of steps values are known to so many tolerances.
 const INSIDE: f64 = 10.0;
 
@@ -91,7 +85,9 @@ impl Check {
 
     /// Longer than flags take that set each other off: a few roundings of time.
     fn long(&self, from: f64, t: f64) -> bool {
-        t - from > STUCK * t.max(EARLY * self.span)
+        // still asking to turn, this part of the time later, and no less than a part of the run: what is let go from
+        // rest turns its kinks within roundings of time
+        t - from > 1e-9 * t.max(1e-3 * self.span)
     }
 
     /// Steps go on from t.
@@ -174,11 +170,7 @@ const SHORT: f64 = 2e-5;
 pub const LOOK: f64 = std::f64::consts::FRAC_PI_6;
 const LOOKS: f64 = 4096.0;
 /// Slopes inside a step are those over this part of it.
-const NEARBY: f64 = 1e-5;
 const REST: f64 = 1e-4;
-/// ... of kinks in so much shorter a time: both sides agree, so nothing slides along one. What turns that often there is rounding, what
-/// turns less often swings.
-const KINKS: f64 = 1e-3;
 
 impl Detector {
     pub fn new(sys: &System) -> Detector {
@@ -358,7 +350,8 @@ impl Detector {
             );
         }
         asked.sort_unstable();
-        let nearby = NEARBY * (times[parts] - times[0]);
+        // slopes inside a step are those over this part of it
+        let nearby = 1e-5 * (times[parts] - times[0]);
         for part in asked.chunk_by(|a, b| a.0 == b.0) {
             let j = part[0].0;
             let (t0, t1) = (times[j], times[j + 1]);
@@ -405,7 +398,8 @@ impl Detector {
         // what has hardly moved from rest is known no better at an end
         let told_by_ends = m.peaks && law != Law::Mode && !law.is_kink() && rest == 0.0;
         let zero = self.before[k].max(0.0);
-        (zero + if told_by_ends { ROUGH * size } else { unknown }, zero + unknown)
+        // Newton's method ends where values are known to so much of what is added up in them
+        (zero + if told_by_ends { 1e-9 * size } else { unknown }, zero + unknown)
     }
 
     /// The repeated step ends at (x, at): how long until the first of the fired flags' roots crosses, below 0 where it has.
@@ -443,7 +437,9 @@ impl Detector {
         for &k in self.fired.iter().filter(|&&k| !sys.flags[k].law.of_modes()) {
             let (begin, count) = self.recent[k];
             let kink = sys.flags[k].is_kink();
-            let part = if kink { KINKS } else { 1.0 } * span;
+            // of kinks in so much shorter a time: both sides agree, so nothing slides along one. What turns that often
+            // there is rounding, what turns less often swings
+            let part = if kink { 1e-3 } else { 1.0 } * span;
             self.recent[k] = if t - begin < SHORT * part { (begin, count + 1) } else { (t, 1) };
             if self.recent[k].1 >= MANY {
                 self.quiet_until[k] = t + REST * part;

@@ -22,10 +22,6 @@ use crate::graph::Graph;
 use crate::model::{linear_form, Kind, Model};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Entries that cancel to this part of what they are added up from are none.
-const ROUNDED: f64 = 1e-13;
-/// An entry of its column by which others are eliminated is no smaller, in parts of the largest.
-const PIVOT: f64 = 0.05;
 /// Looking for constraints takes no more operations than so many for each entry, as factorising the equations a few times does: what
 /// wants more (a large mesh of resistors) is integrated as it is.
 const WORK: usize = 50;
@@ -55,7 +51,8 @@ fn add(mine: &mut Terms, factor: f64, theirs: impl Iterator<Item = (usize, Term)
         let e = mine.entry(k).or_default();
         e.v += factor * t.v;
         e.size = e.size.max((factor * t.size).abs());
-        if e.v.abs() <= ROUNDED * e.size {
+        // entries that cancel to this part of what they are added up from are none
+        if e.v.abs() <= 1e-13 * e.size {
             mine.remove(&k);
         }
     }
@@ -303,7 +300,8 @@ impl Rows {
             let Some(of) = holders.remove(&column) else { continue };
             let value = |k: usize| lines[k].x[&column].v.abs();
             let largest = of.iter().map(|&k| value(k)).fold(0.0, f64::max);
-            let good = of.iter().copied().filter(|&k| value(k) >= PIVOT * largest);
+            // an entry of its column by which others are eliminated is no smaller, in parts of the largest
+            let good = of.iter().copied().filter(|&k| value(k) >= 0.05 * largest);
             let Some(pivot) = good.min_by_key(|&k| lines[k].x.len()) else { continue };
             let by = std::mem::take(&mut lines[pivot]);
             let foreign = |c: &&usize| **c != column && !states.contains(c);

@@ -1,8 +1,5 @@
 //! Values between recorded points: the limited cubic that `interpolate.py` describes, its (1).
 
-/// Neighbours so much closer together than to the next point are two sides of a jump.
-const JUMP: f64 = 1e-6;
-
 /// A signal at its points: x ascending, repeated where y jumps; corners ascending, times at which it may bend.
 #[derive(Clone, Copy)]
 pub struct Points<'a> {
@@ -67,7 +64,8 @@ impl Points<'_> {
         }
         let (left, right) = (x[k] - x[k - 1], x[k + 1] - x[k]);
         let edge = corners.get(corners.partition_point(|&c| c < x[k])) == Some(&x[k]);
-        if left <= JUMP * right || right <= JUMP * left || edge {
+        // neighbours so much closer together than to the next point are two sides of a jump
+        if left <= 1e-6 * right || right <= 1e-6 * left || edge {
             return None;
         }
         Some(((y[k + 1] - y[k]) / right - (y[k] - y[k - 1]) / left) / (x[k + 1] - x[k - 1]))

@@ -8,8 +8,6 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// Elementary operations between two looks at the clock: some tenths of a millisecond.
-const ENOUGH: usize = 200_000;
 /// Between two looks at the token, which needs the caller's lock.
 pub const PATIENCE: Duration = Duration::from_millis(20);
 
@@ -40,7 +38,8 @@ pub fn spent(operations: usize) {
     DONE.with(|done| {
         let sum = done.get().saturating_add(operations);
         done.set(sum);
-        if sum >= ENOUGH {
+        // elementary operations between two looks at the clock: some tenths of a millisecond
+        if sum >= 200_000 {
             look();
         }
     });

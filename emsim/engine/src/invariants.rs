@@ -26,23 +26,8 @@ use std::collections::BTreeMap;
 /// So many tolerances: dense output and values that were settled anew are off by a few.
 const MOST: f64 = 10.0;
 const RENEWED: u32 = 1024;
-/// What is asked so often is asked by machine code.
-const RECURS: u32 = 200;
-/// From one row within a step whose size is remembered to the next.
-const SAMPLED: u32 = 8;
-/// Up an exponential from the ends of a step: by so many times what makes a factor of e, and to where there is a current at all.
-const UP: f64 = 1.0;
-/// Where a current goes along a line to e^m of what it was, a line misses the logarithm that the voltage is by m^2 / 8; a cubic by some
-/// hundredth of m^4.
-const LINE: f64 = 0.125;
-const CUBIC: f64 = 1e-2;
-const CONDUCTS: f64 = 12.0;
 /// Rounding of so much of what is added up.
 const ROUNDED: f64 = 1e-12;
-/// Rows so near to each other, in parts of the time, are one.
-const SAME: f64 = 1e-12;
-/// So many rows are told, each with its worst place.
-const TOLD: usize = 8;
 
 /// A row that does not hold: what is left of it, what the tolerances allow, and where this was worst.
 #[derive(Clone, Copy, Debug)]
@@ -187,7 +172,8 @@ impl Invariants {
         let good = asked || self.sum(sys, w, t, x).abs() <= 1.0;
         self.seen = f64::NAN;
         // signals may have been larger since the last look; some of the rows tell it, and each that is looked at
-        if !good || self.until % SAMPLED == 0 {
+        // from one row within a step whose size is remembered to the next
+        if !good || self.until % 8 == 0 {
             self.tol.observe(x, t);
         }
         for (k, gap) in self.gaps.iter_mut().enumerate() {
@@ -231,7 +217,8 @@ impl Invariants {
     fn sum(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> f64 {
         sys.set_time(w, t);
         self.asked = self.asked.saturating_add(1);
-        if self.asked == RECURS {
+        // what is asked so often is asked by machine code
+        if self.asked == 200 {
             self.compile();
         }
         let [sources, outputs] = &self.sums;
@@ -262,11 +249,14 @@ impl Invariants {
     pub fn within_step(&mut self, x0: &[f64], x1: &[f64], first: bool) {
         self.turns = false;
         let missed = MOST * self.tol.reltol;
-        let most = if first { (missed / LINE).sqrt() } else { (missed / CUBIC).powf(0.25) };
+        // a line misses m^2 / 8, a cubic some hundredth of m^4, where the current goes to e^m of what it was
+        let most = if first { (missed / 0.125).sqrt() } else { (missed / 1e-2).powf(0.25) };
         for port in &mut self.ports {
             let (v0, v1) = (port.voltage(x0), port.voltage(x1));
-            let (high, conducts) = (v0.max(v1), CONDUCTS * port.volts);
-            port.reach = (high + UP * port.volts).max(conducts);
+            // at e^12 of it a current is one at all
+            let (high, conducts) = (v0.max(v1), 12.0 * port.volts);
+            // up an exponential by what makes a factor of e, and to where there is a current at all
+            port.reach = (high + port.volts).max(conducts);
             self.turns |= high > conducts && (v1 - v0).abs() > most * port.volts;
         }
     }
@@ -458,7 +448,8 @@ impl Invariants {
             let left = if k < self.plain { self.left[k] } else { self.bent[k - self.plain] };
             let bound = self.loose[k];
             // (behind an event a source may be on its way up while time hardly moves, and modes follow at the next row)
-            let asked = !self.law[k] || self.now - self.before > SAME * self.now;
+            // rows so near to each other, in parts of the time, are one
+            let asked = !self.law[k] || self.now - self.before > 1e-12 * self.now;
             if asked && left.abs() > bound && left.is_finite() {
                 self.told(Broken { row: self.watched[k], first: t, t, left, bound, charge: false });
             }
@@ -474,7 +465,8 @@ impl Invariants {
                     *b = Broken { first: b.first, ..found };
                 }
             }
-            None if self.broken.len() < TOLD => self.broken.push(found),
+            // so many rows are told, each with its worst place
+            None if self.broken.len() < 8 => self.broken.push(found),
             None => {}
         }
     }

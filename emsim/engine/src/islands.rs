@@ -18,13 +18,6 @@ use crate::model::{Kind, Model};
 use crate::sparse::Pairs;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Time constant in which a resistance to something fixed holds an island firmly [s]: of the sum 1e-20/h is rounding then.
-const FIRM: f64 = 1e-4;
-
-/// The same of an island: its common voltage is no state, and in the femtoseconds in which a run begins or a switch turns its rounding must
-/// not pass for a movement; of the sum 1e-24/h is.
-const FIRM_ISLAND: f64 = 1e-8;
-
 /// Union-find over unknowns.
 pub struct Islands {
     parent: Vec<usize>,
@@ -281,7 +274,9 @@ impl Model {
         let mut roots = Roots::new();
         for (of, nodes) in members {
             let held = leads.get(&of).copied().unwrap_or(0.0);
-            let firm = stored.get(&of).is_none_or(|c| *c <= FIRM * held);
+            // time constant in which a resistance to something fixed holds an island firmly [s]: of the sum 1e-20/h is
+            // rounding then
+            let firm = stored.get(&of).is_none_or(|c| *c <= 1e-4 * held);
             let island_of = |i: usize| islands.get(&i).copied();
             if firm
                 || nodes.len() < 2
@@ -332,7 +327,9 @@ impl Model {
             }
         }
         let firm = |of: usize| match (stored.get(&of), held.get(&of)) {
-            (Some(c), Some(g)) => *c <= FIRM_ISLAND * g,
+            // the same of an island: its common voltage is no state, and in the femtoseconds in which a run begins or a
+            // switch turns its rounding must not pass for a movement; of the sum 1e-24/h is
+            (Some(c), Some(g)) => *c <= 1e-8 * g,
             _ => false,
         };
         members.retain(|&of, nodes| nodes.len() > 1 && tied.of(of) != fixed && !firm(of));

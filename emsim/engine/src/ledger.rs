@@ -18,10 +18,9 @@ use crate::graph::{Graph, Id};
 use crate::system::{System, Work};
 use crate::tape::{Inputs, Tape};
 
-const NODES: [f64; 3] = [0.112_701_665_379_258_31, 0.5, 0.887_298_334_620_741_7]; // Gauss' rule of order 6: 1/2 -+ sqrt(15)/10
-/// Steps between looks at the energies.
-const LOOK: u32 = 8;
-const WEIGHTS: [f64; 3] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
+/// Gauss' rule of order 6 on (0, 1), places 1/2 -+ sqrt(15)/10 and weights: it integrates polynomials of degree 5.
+pub const GAUSS: [(f64, f64); 3] =
+    [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
 #[derive(Clone, Copy, Default)]
 pub struct Sum {
@@ -154,7 +153,7 @@ impl Ledger {
             for part in 0..inside.parts {
                 let before = self.accounts();
                 let start = t0 + part as f64 * h;
-                for (c, weight) in NODES.into_iter().zip(WEIGHTS) {
+                for (c, weight) in GAUSS {
                     let mut x = self.look(sys, w, start + c * h, inside);
                     self.flow(sys, w, start + c * h, &x, |sum, power| sum.add(h * weight * power));
                     std::mem::swap(&mut self.inside, &mut x);
@@ -171,7 +170,8 @@ impl Ledger {
         self.leap(t1, x1);
         self.note(sys, w);
         self.steps += 1;
-        if self.steps % LOOK == 0 {
+        // steps between looks at the energies
+        if self.steps % 8 == 0 {
             let now = self.energies(sys, w);
             for (swing, (now, first)) in self.swing.iter_mut().zip(now.iter().zip(&self.first)) {
                 *swing = swing.max((now - first).abs());

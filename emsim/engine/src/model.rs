@@ -111,12 +111,6 @@ impl Law {
     }
 }
 
-/// Flags of a law with modes, by their place: of a relay, ...
-pub const SLIDES: usize = 0;
-pub const SIDE: usize = 1;
-pub const SHOWN: usize = 2;
-/// ... of a corner and a one way.
-pub const CLOSED: usize = 0;
 /// A flow of so much of what it is made of is 0; an effort so near to its bound is at it.
 pub const NOTHING: f64 = 1e-9;
 
@@ -152,6 +146,32 @@ pub struct LawSpec {
     pub across: Option<usize>,
     /// of a corner whose gap is to one of several edges
     pub feature: Option<Feature>,
+}
+
+impl LawSpec {
+    // flags of a relay
+    pub fn slides(&self) -> usize {
+        self.flags[0]
+    }
+    pub fn side(&self) -> usize {
+        self.flags[1]
+    }
+    pub fn shown(&self) -> usize {
+        self.flags[2]
+    }
+    // ... and of a corner or a one way
+    pub fn closed(&self) -> usize {
+        self.flags[0]
+    }
+    pub fn hits(&self) -> usize {
+        self.flags[1]
+    }
+    pub fn impulse(&self) -> usize {
+        self.flags[2]
+    }
+    pub fn lost(&self) -> usize {
+        self.flags[3]
+    }
 }
 
 /// Which of its edges a corner's gap is to: while it is closed the number in the flag, else 0 and the gap finds it. `which`: the

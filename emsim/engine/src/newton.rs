@@ -453,7 +453,7 @@ impl Newton {
     /// e <- (G + a C)^-1 a C e with the last factorisation: what remains of an error where it is not damped at once.
     pub fn filter(&mut self, sys: &System, w: &mut Work, a: f64, e: &mut [f64]) {
         let step = &mut self.step[..self.n];
-        if let Some(program) = self.storing.due(sys.n, &sys.storing, || sys.stage_stored()) {
+        if let Some(program) = self.storing.due(sys.n, &sys.made.storing, || sys.stage_stored()) {
             program.run(&sys.stage_inputs(w, e, a), step);
         } else {
             sys.c_times(w, e, step);
@@ -526,7 +526,7 @@ impl Newton {
     /// Q at the solution x, to first order from where it was expanded if the last step led away from there (`moved`), and F.
     #[inline(always)]
     fn close(&mut self, sys: &System, w: &Work, a: f64, stage: &Stage, moved: bool) {
-        if let Some(program) = self.closing.due(sys.n, &sys.closing, || sys.stage_closing()) {
+        if let Some(program) = self.closing.due(sys.n, &sys.made.closing, || sys.stage_closing()) {
             program.run(&sys.stage_inputs(w, stage.numbers(), a), &mut self.charges);
         } else {
             sys.stage_charges(w, stage.x(), moved.then_some(&self.step), &mut self.charges[..sys.n]);

@@ -56,14 +56,6 @@ struct Dc<'a> {
 /// Where conditions have flipped so often, full steps jump over the place where they hold: from then on a step ends where the
 /// first of them turns (Katzenelson 1965), which finds the solution of what is continuous and piecewise linear.
 const CHATTER: usize = 25;
-/// Bisections of a step for the place where a condition turns.
-const HALVINGS: usize = 60;
-/// Iterations after which an update above the tolerance may be the rounding of the equations.
-const ROUNDED: usize = 6;
-/// Iterations that may leave out expressions without a value, beyond one for each row that has some.
-const VALUELESS: usize = 5;
-/// Iterations from the least divisor, 1e-32, to 1.
-const DOUBLINGS: usize = 107;
 /// Conductance that holds a forced node (`.ic`, `.nodeset`) at its value.
 const FORCE: f64 = 1e10;
 
@@ -95,11 +87,11 @@ impl<'a> Dc<'a> {
             .collect();
         // a static equilibrium needs its multipliers
         let mut held = if hold { held } else { vec![None; n] };
-        for &(row, value) in sys.starting_currents.iter().filter(|_| starts).chain(&sys.states) {
+        for &(row, value) in sys.start.currents.iter().filter(|_| starts).chain(&sys.start.states) {
             held[row] = Some(value);
         }
         let couples: Vec<(usize, usize)> = if hold { Vec::new() } else { couples(sys) };
-        let analysed = sys.rest_patterns[usize::from(hold)].get_or_init(|| analysed(sys, &couples));
+        let analysed = sys.made.rest_patterns[usize::from(hold)].get_or_init(|| analysed(sys, &couples));
         let (pattern, symbolic) = analysed.as_ref().map_err(|&e| Failure::from(e))?;
         let find = |r: usize, c: usize| pattern.position(r, c);
         let mut place = Vec::with_capacity(sys.pattern.rowidx.len());
@@ -144,10 +136,10 @@ impl<'a> Dc<'a> {
         let (sys, n) = (self.sys, self.sys.n);
         let mut worst = 0;
         let (mut flips, mut turned, patience) = (0, 0, CHATTER + 2 * sys.flags.len());
-        let mut valueless = sys.expression_rows().len() + VALUELESS;
+        let mut valueless = sys.expression_rows().len() + 5;
         for iteration in 1..=most {
-            // expressions without a value here, 1/v(a) at a start of 0 V, are left out until others give them one; rows of what is
-            // held ask for none
+            // expressions without a value here, 1/v(a) at a start of 0 V, are left out until others give them one, for a few more
+            // iterations than there are rows with some; rows of what is held ask for none
             let mut absent = sys.eval_where_finite(w, x, 0.0);
             absent.retain(|&row| self.held[row].is_none());
             if let Some(&unknown) = absent.first() {
@@ -203,8 +195,8 @@ impl<'a> Dc<'a> {
                     };
                 }
                 self.unbalanced |= largest <= 1.0;
-                // tolerances below the rounding of the equations: nothing better can be found
-                if iteration > ROUNDED && shunt == 0.0 && transient.is_none() && self.is_rounding(w, x) {
+                // tolerances below the rounding of the equations, after as many iterations: nothing better can be found
+                if iteration > 6 && shunt == 0.0 && transient.is_none() && self.is_rounding(w, x) {
                     return Ok(iteration);
                 }
             }
@@ -270,7 +262,8 @@ impl<'a> Dc<'a> {
             return false;
         }
         let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
+        // bisections of a step for the place where a condition turns
+        for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if asked(w, &at(middle, &self.residual)) {
                 high = middle;
@@ -515,7 +508,8 @@ impl Search<'_> {
             self.tried.push("a start without the expressions".into());
             self.reset(w, x);
             // from nothing on, Newton's method doubles a divisor in every iteration
-            if self.dc.without_expressions(w, x) && self.dc.newton(w, x, 0.0, None, tol, o.itl1 + DOUBLINGS).is_ok() {
+            // iterations from the least divisor, 1e-32, to 1
+            if self.dc.without_expressions(w, x) && self.dc.newton(w, x, 0.0, None, tol, o.itl1 + 107).is_ok() {
                 match self.accept(Ok(()), w, x) {
                     Ok(true) => return Ok(()),
                     Ok(false) => {}
@@ -649,7 +643,8 @@ fn settled(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Optio
     }
     x.copy_from_slice(&start);
     let mut found = Ok(());
-    for _ in 0..LEANS {
+    // so often a rest that is indifferent is solved for from the last solution
+    for _ in 0..3 {
         dc.lean = Some((1.0, x.to_vec()));
         found = polish(dc, w, x, tol, o);
     }
@@ -683,6 +678,3 @@ fn balanced(dc: &Dc, w: &mut Work, x: &[f64], t: f64, tol: &Tolerances, o: &Opti
         _ => Ok(()),
     }
 }
-
-/// So often a rest that is indifferent is solved for from the last solution.
-const LEANS: usize = 3;

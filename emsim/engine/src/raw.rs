@@ -88,10 +88,10 @@ impl Table {
     }
 
     fn try_append(&mut self, data: &[f64]) -> io::Result<()> {
-        const PIECE: usize = 1 << 17; // numbers
         let width = self.rows.width.max(1);
         let mut bytes = Vec::new();
-        for piece in data[(self.count * width).min(data.len())..].chunks((PIECE / width).max(1) * width) {
+        // numbers of a piece
+        for piece in data[(self.count * width).min(data.len())..].chunks(((1 << 17) / width).max(1) * width) {
             self.file.seek(SeekFrom::End(0))?;
             if cfg!(target_endian = "little") && self.rows.columns == width {
                 self.file.write_all(as_bytes(piece))?;

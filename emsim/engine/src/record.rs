@@ -12,11 +12,6 @@ use std::sync::Arc;
 mod inside;
 pub use inside::Samples;
 
-/// Room for so many numbers to begin with.
-const FIRST: usize = 512;
-/// Where there is no room for so many more, memory is at its end: what is left is for all else.
-const LAST: usize = 1 << 20;
-
 /// What the record and those who watch the run tell each other.
 #[derive(Default)]
 pub struct Gate {
@@ -128,7 +123,9 @@ impl Record {
             return true;
         }
         // twice as much; near the end of memory less
-        let wanted = [length, length / 8, LAST].map(|more| more.max(self.columns).max(FIRST));
+        // room for so many numbers to begin with
+        // where there is no room for so many more, memory is at its end: what is left is for all else
+        let wanted = [length, length / 8, (1 << 20)].map(|more| more.max(self.columns).max(512));
         let found = wanted.iter().any(|&more| self.data.try_reserve_exact(more).is_ok());
         match found {
             true => prefer_huge_pages(&self.data),

@@ -27,10 +27,6 @@ pub struct SmallSignal {
     chosen: Option<f64>, // size of s where its pivots were chosen
 }
 
-/// Pivots serve within this factor of the frequency at which they were chosen: entries change by orders of magnitude along a
-/// sweep, and by no more than this between the points of a dense one.
-const NEAR: f64 = 2.0;
-
 impl SmallSignal {
     /// About (x, 0), with conditions and sources as they are in `w`. `hold`: the machine does not move.
     pub fn at(sys: &System, w: &mut Work, x: &[f64], hold: bool) -> Result<SmallSignal, Singular> {
@@ -93,7 +89,9 @@ impl SmallSignal {
             self.matrix[*k] = Complex::new(-re, -im);
         }
         let size = s.abs();
-        if self.chosen.is_some_and(|c| (c / NEAR..=c * NEAR).contains(&size)) {
+        // pivots serve within this factor of the frequency at which they were chosen: entries change by orders of
+        // magnitude along a sweep, and by no more than this between the points of a dense one
+        if self.chosen.is_some_and(|c| (c / 2.0..=c * 2.0).contains(&size)) {
             self.lu.factor_or_refactor(&self.matrix)?;
         } else {
             self.chosen = None;

@@ -31,21 +31,6 @@ use crate::system::{System, Work};
 use crate::tape::{Inputs, Tape};
 use std::sync::Arc;
 
-/// Parts of a step at most.
-const MOST_PARTS: usize = 64;
-/// More numbers than this are too many to keep: 256 MB.
-const MOST: usize = 1 << 25;
-/// This part of the run is its start.
-const START: f64 = 1e-12;
-/// The condition whose event it is lies so near to its zero, in steps; ...
-const FAR: f64 = 1e-2;
-/// ... and others that turn by themselves at the same time so near, or by the tolerance.
-const NEAR: f64 = 1e-9;
-/// Two conditions of one time have one derivative of it, to this.
-const ONE_TIME: f64 = 1e-2;
-/// Values behind a jump are those after this part of the next step.
-const BEHIND: f64 = 1e-6;
-
 const STAGES: usize = 3; // of Radau IIA of order 5
 const ROOT: f64 = 2.449_489_742_783_178; // sqrt 6
 const NODES: [f64; STAGES] = [(4.0 - ROOT) / 10.0, (4.0 + ROOT) / 10.0, 1.0]; // Hairer and Wanner II, table IV.5.6
@@ -294,7 +279,8 @@ impl Tangent {
             self.refused = Some(Refused::Impact { t, flag: law.flags[0] });
             return;
         }
-        if self.at <= START * self.span {
+        // this part of the run is its start
+        if self.at <= 1e-12 * self.span {
             return; // what stands on its threshold when the run begins turns then, whatever the parameters
         }
         let size = f.iter().zip(&self.own.f).fold(0.0f64, |m, (a, b)| m.max(a.abs()).max(b.abs()));
@@ -304,8 +290,10 @@ impl Tangent {
         // that which has crossed, and those that have with it; the others follow at the same time
         let off = |k: usize| if self.roots[k] == 0.0 { 0.0 } else { (self.roots[k] / self.rates[k]).abs() };
         turned.sort_by(|&a, &b| off(a).total_cmp(&off(b)));
-        let near = NEAR.max(self.reltol) * self.last;
-        let first = turned.iter().copied().find(|&k| self.rates[k] != 0.0 && off(k) <= FAR * self.last);
+        // others turn by themselves at the same time so near, or by the tolerance
+        let near = 1e-9_f64.max(self.reltol) * self.last;
+        // the condition whose event it is lies so near to its zero, in steps
+        let first = turned.iter().copied().find(|&k| self.rates[k] != 0.0 && off(k) <= 1e-2 * self.last);
         let crossed: Vec<usize> = match first {
             Some(first) => {
                 turned.iter().copied().filter(|&k| k == first || self.rates[k] != 0.0 && off(k) <= near).collect()
@@ -323,7 +311,8 @@ impl Tangent {
                 let moved = -operand / self.rates[k];
                 let same = |m: f64| {
                     let rounding = self.reltol * self.last / self.sizes[p];
-                    (moved - m).abs() <= ONE_TIME * m.abs().max(moved.abs()) + rounding
+                    // two conditions of one time have one derivative of it, to this
+                    (moved - m).abs() <= 1e-2 * m.abs().max(moved.abs()) + rounding
                 };
                 let one = moves.is_none_or(same);
                 if !moved.is_finite() || !one {
@@ -390,13 +379,15 @@ impl Tangent {
         self.until(t1);
         let whole = t1 - self.at;
         if self.fresh {
-            self.behind(sys, BEHIND * whole / self.parts as f64).map_err(Refused::Singular)?;
+            // values behind a jump are those after this part of the next step
+            self.behind(sys, 1e-6 * whole / self.parts as f64).map_err(Refused::Singular)?;
         }
         let mut coarse = self.solve(sys, w, (t1, x1), self.parts, inside)?;
         loop {
             let fine = self.solve(sys, w, (t1, x1), 2 * self.parts, inside)?;
             let error = self.error(sys, &coarse, &fine);
-            if error <= 1.0 || 2 * self.parts >= MOST_PARTS {
+            // parts of a step at most
+            if error <= 1.0 || 2 * self.parts >= 64 {
                 if error < 1.0 / 64.0 && self.parts > 1 {
                     self.parts /= 2;
                 }
@@ -557,7 +548,8 @@ impl Tangent {
         parts: &[Part],
         inside: &Inside,
     ) -> Result<(), Refused> {
-        if self.rows.len() + 4 * parts.len() * self.width() > MOST {
+        // more numbers than this are too many to keep: 256 MB
+        if self.rows.len() + 4 * parts.len() * self.width() > (1 << 25) {
             return Err(Refused::Full);
         }
         for (k, part) in parts.iter().enumerate() {

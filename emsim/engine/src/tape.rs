@@ -19,9 +19,6 @@ pub use native::{Code, Move, To};
 pub use trig::{sin_cos, vectors};
 pub use written::{Leaf, Signed, Value, Written};
 
-/// Shorter programs are interpreted: calling them would cost what they do.
-const LEAST: usize = 8;
-
 /// Machine code that takes long to make (Cranelift: an instruction costs as much as it saves in thousands of runs): the part is
 /// interpreted until it has run so often that the code pays. Outputs lie at the same places of the workspace either way.
 #[derive(Default)]
@@ -222,7 +219,8 @@ impl Tape {
 
     /// The same as machine code, where there is any for this machine. For programs that run often.
     pub fn native(mut self) -> Tape {
-        if self.code.len() < LEAST {
+        // shorter programs are interpreted: calling them would cost what they do
+        if self.code.len() < 8 {
             return self;
         }
         if Code::chosen() == Ok(Code::Cranelift) {

@@ -27,18 +27,6 @@ pub const PEAK_SHARE: f64 = 0.02;
 /// So many times the time since which a signal is below that share, its largest value begins to be forgotten.
 const KEPT: f64 = 10.0;
 
-/// Volts of an exponential: what reltol is a share of in the error of a device's own node, behind its series resistance. That node stands
-/// off its terminal by a current's drop, microvolts of which would otherwise be held to their own size.
-const FORWARD: f64 = 1.0;
-
-/// What rounding leaves of an unknown beside neighbours of size 1: a coordinate near zero of a chain of metre-long links
-/// is known to some 1e-14 m, however small its own tolerance. Asking for less made tight runs stop.
-const NEIGHBOURS: f64 = 1e-12;
-
-/// Of a machine that states none: a millimetre, a gram.
-const LENGTH: f64 = 1e-3;
-const MASS: f64 = 1e-3;
-
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Options {
     pub reltol: f64,
@@ -160,7 +148,8 @@ impl Absolute {
             return given;
         }
         let or = |value: f64, other: f64| if value > 0.0 && value.is_finite() { value } else { other };
-        let (length, mass) = (or(self.length, LENGTH), or(self.mass, MASS));
+        // of a machine that states none: a millimetre, a gram
+        let (length, mass) = (or(self.length, 1e-3), or(self.mass, 1e-3));
         let tighter = (reltol / 1e-3).min(1.0);
         let least = tighter.max(1e-4);
         match quantity {
@@ -208,14 +197,6 @@ impl Quantity {
         })
     }
 }
-
-/// What the nodes of an island have in common is no state: it leaps where a diode turns off, whatever the step, and what coils
-/// give it there is known one order less well than their currents. It is held to a hundredth of its size, or to reltol where that
-/// is more. (Not held at all, the switch of a Cuk converter had -35 V for -16 V; to reltol, a grounded secondary at 1e-7 took
-/// 124 501 steps for 787.)
-const COMMON: f64 = 1e-2;
-/// A voltage that follows at once may be off by so many tolerances, 1 / this.
-const FOLLOWS: f64 = 0.1;
 
 /// Weights of every unknown, and which of them count where.
 #[derive(Clone)]
@@ -269,7 +250,7 @@ impl<'a> Norm<'a> {
 
 impl Tolerances {
     pub fn new(sys: &System, o: &Options) -> Tolerances {
-        let storage = |i: usize| sys.pattern.position(i, i).map_or(0.0, |k| sys.c_linear[k].abs());
+        let storage = |i: usize| sys.own_capacitance(i).abs();
         let atol = (sys.unknowns.iter().enumerate()).map(|(i, u)| o.absolute.of_unknown(u, storage(i), o.reltol));
         let in_norm: Vec<bool> = sys
             .unknowns
@@ -283,7 +264,11 @@ impl Tolerances {
         let tied: Vec<(usize, usize)> = sys.sums.iter().filter(|s| s.tied).map(|s| (s.node, s.root)).collect();
         let mut alone = error_mask.clone();
         for &(node, root) in &tied {
-            (alone[node], alone[root]) = (0.0, error_mask[root] * (o.reltol / COMMON).min(1.0));
+            // what the nodes of an island have in common is no state: it leaps where a diode turns off, whatever the
+            // step, and what coils give it there is known one order less well than their currents. It is held to a
+            // hundredth of its size, or to reltol where that is more. (Not held at all, the switch of a Cuk converter
+            // had -35 V for -16 V; to reltol, a grounded secondary at 1e-7 took 124 501 steps for 787.)
+            (alone[node], alone[root]) = (0.0, error_mask[root] * (o.reltol / 1e-2).min(1.0));
         }
         let vntol = o.absolute.of(Quantity::Voltage, o.reltol);
         let (atol, peak): (Vec<f64>, Vec<f64>) = (atol.collect(), vec![0.0; sys.n]);
@@ -299,9 +284,10 @@ impl Tolerances {
             .collect();
         let floor = atol.clone();
         let mut own = vec![0.0; sys.n];
-        // accounts integrate the currents themselves
+        // the error of a device's own node, behind its series resistance, is a share of one volt: it stands off its terminal by a
+        // current's drop, microvolts of which would otherwise be held to their own size. Accounts integrate the currents themselves
         for node in sys.behind_resistances().filter(|_| !o.accounts) {
-            own[node] = o.reltol * FORWARD;
+            own[node] = o.reltol;
         }
         let mut error_floor: Vec<f64> = floor.iter().zip(&own).map(|(floor, own)| floor + own).collect();
         // whole blocks, see `Norm`
@@ -401,7 +387,8 @@ impl Tolerances {
     /// What follows from states at once counts in the local error norm as well, maybe for less: 1 V behind 1 uA is much where amperes are
     /// the state, and an estimate that satisfies the algebraic rows has its error.
     pub fn count(&mut self, follows: impl Iterator<Item = usize>) {
-        follows.for_each(|i| self.alone[i] = FOLLOWS);
+        // a voltage that follows at once may be off by ten tolerances
+        follows.for_each(|i| self.alone[i] = 0.1);
     }
 
     /// Does unknown i count by itself in the local error norm, and for how much?
@@ -450,7 +437,10 @@ impl Tolerances {
             *l = l.max(p);
         }
         for ((f, &a), &g) in self.floor.iter_mut().zip(&self.atol).zip(&self.group) {
-            *f = a + NEIGHBOURS * largest[g.min(15)];
+            // what rounding leaves of an unknown beside neighbours of size 1: a coordinate near zero of a chain of
+            // metre-long links is known to some 1e-14 m, however small its own tolerance. Asking for less made tight
+            // runs stop
+            *f = a + 1e-12 * largest[g.min(15)];
         }
         for (all, (floor, own)) in self.error_floor.iter_mut().zip(self.floor.iter().zip(&self.own)) {
             *all = floor + own;

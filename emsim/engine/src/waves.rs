@@ -522,8 +522,8 @@ fn periods(s: f64, period: f64, snap: f64, side: Side) -> f64 {
 /// The largest integer up to v, at least 0. (By way of an integer: the library's is a call.)
 #[inline]
 fn whole(v: f64) -> f64 {
-    const EXACT: f64 = 4_503_599_627_370_496.0; // from here on every number is one
-    if v < EXACT {
+    // from here on every number is one
+    if v < 4_503_599_627_370_496.0 {
         v.max(0.0) as i64 as f64
     } else {
         v
@@ -548,9 +548,9 @@ fn sine(cycles: f64, phase: f64) -> f64 {
 
 /// The integer next to v, v itself beyond 2^51.
 fn nearest(v: f64) -> f64 {
-    const SHIFT: f64 = 6_755_399_441_055_744.0; // 1.5 2^52
     if v.abs() < 2_251_799_813_685_248.0 {
-        (v + SHIFT) - SHIFT
+        // 1.5 2^52
+        (v + 6_755_399_441_055_744.0) - 6_755_399_441_055_744.0
     } else {
         v
     }

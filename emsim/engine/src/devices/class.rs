@@ -190,7 +190,9 @@ pub trait Class: Send + Sync {
     fn place(&self, instance: usize, number: Number) -> usize;
     /// What an evaluation of an instance with its slopes takes, in operations of expressions.
     fn operations(&self, k: usize) -> f64 {
-        PER_SLOPE * self.shape(k).links.len() as f64
+        // an operation of a law with its derivatives costs as much as so many of an expression (both sides of what is
+        // picked are computed)
+        30.0 * self.shape(k).links.len() as f64
     }
     /// Are its currents and charges expressions (`symbols`)? What is only evaluated is not.
     fn is_formula(&self) -> bool {
@@ -239,9 +241,6 @@ pub trait Class: Send + Sync {
     /// Current and charge of each branch as nodes of the graph, of its port voltages and gmin.
     fn symbols(&self, k: usize, g: &mut Graph, v: &[Id], gmin: Id) -> Vec<(Id, Id)>;
 }
-
-/// An operation of a law with its derivatives costs as much as so many of an expression (both sides of what is picked are computed).
-const PER_SLOPE: f64 = 30.0;
 
 /// Volts between two unknowns, -1 being ground.
 #[inline(always)]

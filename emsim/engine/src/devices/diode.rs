@@ -93,11 +93,6 @@ const HUGE_VOLTAGE: f64 = 1e100;
 /// Roots are taken of no less, so that they have a slope.
 const TINY: f64 = 1e-300;
 
-/// Of 1/f noise [A], as in ngspice.
-const LEAST_CURRENT: f64 = 1e-38;
-/// More intervals than any diode's energy wants.
-const PANELS: usize = 4000;
-
 constants! {
     // of the bottom
     SATURATION, INVERSE_VT, LARGEST, REVERSE_START, REVERSE_SCALE, KNEE, BREAK_INVERSE_VT, BREAK_LARGEST, START,
@@ -213,7 +208,8 @@ impl Device<1, 1, CONSTANTS> for Diode {
         let (c, i) = (&card.of, at.i[0].abs());
         let mut one = |name, power, exponent| each(Noise { name, from: 2, to: 1, power, exponent });
         one("id", 2.0 * CHARGE * i, 0.0);
-        one("1overf", c[FLICKER] * i.max(LEAST_CURRENT).powf(c[FLICKER_EXPONENT]), 1.0);
+        // of 1/f noise it is 1e-38 A at least, as in ngspice
+        one("1overf", c[FLICKER] * i.max(1e-38).powf(c[FLICKER_EXPONENT]), 1.0);
     }
 
     /// Of the depletion charge in closed form, of the diffusion charge by Gauss-Legendre's rule on intervals over which the current
@@ -230,7 +226,8 @@ impl Device<1, 1, CONSTANTS> for Diode {
         }
         let conductance = |v: f64| Diode::law(c, card.has, [Dual::<f64, 1>::port(v, 0)], gmin).i[0].d[0];
         let (mut sum, mut from, mut width) = (0.0, 0.0_f64, c[VTE]);
-        for _ in 0..PANELS {
+        // more intervals than any diode's energy wants
+        for _ in 0..4000 {
             let to = if v >= from {
                 v.min(from + width)
             } else if from > c[KNEE] {
@@ -251,47 +248,36 @@ impl Device<1, 1, CONSTANTS> for Diode {
     }
 
     fn card(model: &Given, instance: &Given, at: Climate) -> Result<Card<CONSTANTS>, String> {
-        let get = |name: &str| model.get(name);
-        let given = |name: &str| instance.get(name);
-        let positive = |name: &str, value: f64| match value > 0.0 {
-            true => Ok(value),
-            false => Err(format!("{name}= of a diode must be positive, it is {value:?}")),
-        };
-        let not_negative = |name: &str| match get(name) {
-            value if value >= 0.0 => Ok(value),
-            value => Err(format!("{name}= of a diode must not be negative, it is {value:?}")),
-        };
-        if get("level") != 1.0 {
-            return Err(format!("diode level {} is not known, only level 1", get("level")));
+        let p = Parameters { model, instance };
+        if p.get("level") != 1.0 {
+            return Err(format!("diode level {} is not known, only level 1", p.get("level")));
         }
 
         // scale and temperatures
-        let area = positive("area", given("area").or(get("area")))?;
-        let multiplicity = positive("m", given("m"))?;
+        let area = positive("area", p.given("area").or(p.get("area")))?;
+        let multiplicity = positive("m", p.given("m"))?;
         let scale = area * multiplicity;
-        let temperature = positive("temp", given("temp").or(at.temp + given("dtemp")) + ZERO_CELSIUS)?;
-        let nominal = positive("tnom", get("tnom").or(at.tnom) + ZERO_CELSIUS)?;
+        let temperature = positive("temp", p.given("temp").or(at.temp + p.given("dtemp")) + ZERO_CELSIUS)?;
+        let nominal = positive("tnom", p.get("tnom").or(at.tnom) + ZERO_CELSIUS)?;
         let rise = temperature - nominal;
         let vt = BOLTZMANN / CHARGE * temperature;
-        let n = positive("n", get("n"))?;
+        let n = positive("n", p.get("n"))?;
         let vte = n * vt;
 
         // saturation currents
         let growth = |n: f64| {
             let vte = n * vt;
-            (temperature / nominal - 1.0) * get("eg") / vte + get("xti") / n * (temperature / nominal).ln()
+            (temperature / nominal - 1.0) * p.get("eg") / vte + p.get("xti") / n * (temperature / nominal).ln()
         };
-        let saturation = scale * positive("is", get("is"))? * growth(n).exp();
+        let saturation = scale * positive("is", p.get("is"))? * growth(n).exp();
         if !(saturation > 0.0 && saturation.is_finite()) {
             return Err(format!("saturation current of a diode is {saturation} A at {} C", temperature - ZERO_CELSIUS));
         }
-        let perimeter = multiplicity * given("pj").or(get("pj"));
-        if !(perimeter >= 0.0 && perimeter.is_finite()) {
-            return Err(format!("pj= of a diode must not be negative, it is {:?}", given("pj").or(get("pj"))));
-        }
-        let ns = positive("ns", get("ns").or(1.0))?;
-        let of_sidewall = perimeter * not_negative("jsw")? * growth(ns).exp();
-        let merged = saturation + if get("ns").is_nan() { of_sidewall } else { 0.0 };
+        let perimeter = p.perimeter(multiplicity)?;
+        let ns = positive("ns", p.get("ns").or(1.0))?;
+        let of_sidewall = perimeter * p.not_negative("jsw")? * growth(ns).exp();
+        let own_slope = !p.get("ns").is_nan();
+        let merged = saturation + if own_slope { 0.0 } else { of_sidewall };
 
         let mut card = Card { has: 0, of: [0.0; CONSTANTS] };
         let c = &mut card.of;
@@ -300,65 +286,119 @@ impl Device<1, 1, CONSTANTS> for Diode {
         for at in [INVERSE_VJ, SIDE_CHARGE] {
             c[at + ONE_M - INVERSE_VJ] = 0.5;
         }
-        (c[KNEE_FORWARD], c[KNEE_REVERSE]) = (inverse_knee(get("ikf"), scale), -inverse_knee(get("ikr"), scale));
+        (c[KNEE_FORWARD], c[KNEE_REVERSE]) = (inverse_knee(p.get("ikf"), scale), -inverse_knee(p.get("ikr"), scale));
         if c[KNEE_FORWARD] != 0.0 || c[KNEE_REVERSE] != 0.0 {
             card.has |= KNEES;
         }
-        c[TRANSIT_TIME] = not_negative("tt")? * (1.0 + get("ttt1") * rise + get("ttt2") * rise * rise);
+        c[TRANSIT_TIME] = p.not_negative("tt")? * p.warmed("ttt", rise);
         (c[VTE], c[VTB], c[VCRIT]) = (vte, vte, limits::critical(vte, saturation));
 
-        c[FLICKER_EXPONENT] = get("af");
-        c[FLICKER] = not_negative("kf")? * multiplicity.powf(1.0 - get("af"));
-        let rs = not_negative("rs")? * (1.0 + get("trs1") * rise + get("trs2") * rise * rise);
+        c[FLICKER_EXPONENT] = p.get("af");
+        c[FLICKER] = p.not_negative("kf")? * multiplicity.powf(1.0 - p.get("af"));
+        let rs = p.not_negative("rs")? * p.warmed("trs", rise);
         if rs > 0.0 {
             c[SERIES] = scale / rs;
         }
 
-        let c0 = not_negative("cjo")? * scale;
+        let law = |slope: &str, built_in: &str| (p.get("tlevc") == 1.0).then(|| (p.get(slope), p.get(built_in)));
+        let c0 = p.not_negative("cjo")? * scale;
         if c0 > 0.0 {
-            let law = (get("tlevc") == 1.0).then(|| (get("cta"), get("tpb")));
-            let m = get("m") * (1.0 + get("tm1") * rise + get("tm2") * rise * rise);
-            let vj = positive("vj", get("vj"))?;
-            let powers = put_depletion(c, INVERSE_VJ, [c0, vj, m, get("fc")], [temperature, nominal], law)?;
+            let (vj, m) = (positive("vj", p.get("vj"))?, p.get("m") * p.warmed("tm", rise));
+            let law = law("cta", "tpb");
+            let powers = put_depletion(c, INVERSE_VJ, [c0, vj, m, p.get("fc")], [temperature, nominal], law)?;
             card.has |= CHARGED | if powers { POWERS } else { 0 };
         }
-
-        let c0 = not_negative("cjp")? * perimeter;
-        if of_sidewall > 0.0 && !get("ns").is_nan() {
+        let c0 = p.not_negative("cjp")? * perimeter;
+        if of_sidewall > 0.0 && own_slope {
             put_wall(c, SIDE, of_sidewall, ns * vt);
             card.has |= SIDE_WALL;
         }
-
-        let (voltage, nbv) = (get("bv"), positive("nbv", get("nbv").or(n))?);
-        if voltage < 0.0 {
-            return Err(format!("bv of a diode must not be negative, it is {voltage}"));
-        }
-        if voltage > 0.0 && voltage.is_finite() {
-            let shifted = match get("tlev") {
-                0.0 => voltage - get("tcv") * rise,
-                _ => voltage * (1.0 - get("tcv") * rise),
-            };
-            let knee = fit_breakdown(shifted, positive("ibv", get("ibv"))? * multiplicity, saturation, vt, nbv * vt);
-            break_down(c, SATURATION, knee, nbv * vt);
-            if card.has & SIDE_WALL != 0 {
-                break_down(c, SIDE, knee, nbv * vt);
-            }
-            c[VTB] = nbv * vt;
-            card.has |= BREAKS;
-        }
+        card.has |= p.put_breakdown(c, card.has, [rise, vt, n], [saturation, multiplicity])?;
         if c0 > 0.0 {
-            let law = (get("tlevc") == 1.0).then(|| (get("ctp"), get("tphp")));
-            let php = positive("php", get("php"))?;
-            let powers =
-                put_depletion(c, SIDE_CHARGE, [c0, php, get("mjsw"), get("fcs")], [temperature, nominal], law)?;
+            let php = positive("php", p.get("php"))?;
+            let side = [c0, php, p.get("mjsw"), p.get("fcs")];
+            let powers = put_depletion(c, SIDE_CHARGE, side, [temperature, nominal], law("ctp", "tphp"))?;
             card.has |= SIDE_CHARGED | if powers { SIDE_POWERS } else { 0 };
         } else if card.has & SIDE_WALL != 0 {
-            positive("php", get("php"))?;
+            positive("php", p.get("php"))?;
         }
         let breaks = card.has & BREAKS != 0;
         c[QUIET] = (2.0 * vte.min(c[VTB])).min(1.0);
         c[NEAR_KNEE] = if breaks { (c[KNEE] + 10.0 * c[VTB]).min(0.0) } else { 10.0 * NO_KNEE };
         Ok(card)
+    }
+}
+
+/// What a card and a line say.
+struct Parameters<'a> {
+    model: &'a Given<'a>,
+    instance: &'a Given<'a>,
+}
+
+fn positive(name: &str, value: f64) -> Result<f64, String> {
+    match value > 0.0 {
+        true => Ok(value),
+        false => Err(format!("{name}= of a diode must be positive, it is {value:?}")),
+    }
+}
+
+impl Parameters<'_> {
+    fn get(&self, name: &str) -> f64 {
+        self.model.get(name)
+    }
+
+    fn given(&self, name: &str) -> f64 {
+        self.instance.get(name)
+    }
+
+    fn not_negative(&self, name: &str) -> Result<f64, String> {
+        match self.get(name) {
+            value if value >= 0.0 => Ok(value),
+            value => Err(format!("{name}= of a diode must not be negative, it is {value:?}")),
+        }
+    }
+
+    fn perimeter(&self, multiplicity: f64) -> Result<f64, String> {
+        let pj = self.given("pj").or(self.get("pj"));
+        match multiplicity * pj {
+            whole if whole >= 0.0 && whole.is_finite() => Ok(whole),
+            _ => Err(format!("pj= of a diode must not be negative, it is {pj:?}")),
+        }
+    }
+
+    /// 1 + t1 rise + t2 rise^2
+    fn warmed(&self, name: &str, rise: f64) -> f64 {
+        let [first, second] = ["1", "2"].map(|order| self.get(&format!("{name}{order}")));
+        1.0 + first * rise + second * rise * rise
+    }
+
+    /// Breakdown of the walls that it `has`, where there is one: the bit that says so.
+    fn put_breakdown(
+        &self,
+        c: &mut [f64; CONSTANTS],
+        has: u32,
+        [rise, vt, n]: [f64; 3],
+        [saturation, multiplicity]: [f64; 2],
+    ) -> Result<u32, String> {
+        let (voltage, nbv) = (self.get("bv"), positive("nbv", self.get("nbv").or(n))?);
+        if voltage < 0.0 {
+            return Err(format!("bv of a diode must not be negative, it is {voltage}"));
+        }
+        if !(voltage > 0.0 && voltage.is_finite()) {
+            return Ok(0);
+        }
+        let shifted = match self.get("tlev") {
+            0.0 => voltage - self.get("tcv") * rise,
+            _ => voltage * (1.0 - self.get("tcv") * rise),
+        };
+        let current = positive("ibv", self.get("ibv"))? * multiplicity;
+        let knee = fit_breakdown(shifted, current, saturation, vt, nbv * vt);
+        break_down(c, SATURATION, knee, nbv * vt);
+        if has & SIDE_WALL != 0 {
+            break_down(c, SIDE, knee, nbv * vt);
+        }
+        c[VTB] = nbv * vt;
+        Ok(BREAKS)
     }
 }
 

@@ -14,7 +14,7 @@ use crate::derive;
 use crate::graph::{Graph, Id, Node};
 use crate::tape::{Four, Inputs, Tape};
 use crate::veriloga::folded::{self, Folded, GMIN, SOURCE_SCALE};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::OnceLock;
 
 /// What an unknown of an instance is.
@@ -224,167 +224,258 @@ fn copied(from: &Graph, outs: &[Id], to: &mut Graph, mut leaf: impl FnMut(Node, 
     outs.iter().map(|o| image[o]).collect()
 }
 
-impl Anonymous {
-    /// `m`: so many in parallel.
-    pub fn of(module: &str, folded: &Folded, m: f64) -> Result<Anonymous, String> {
+/// Where the unknowns of an instance are: terminals and its own nodes and currents, then rates, then ground.
+struct Places {
+    of: Vec<Option<usize>>,
+    /// those that are left, by their numbers in the module
+    left: Vec<usize>,
+    /// places whose rates are read
+    rates: Vec<usize>,
+    differences: HashMap<usize, Difference>,
+    ground: usize,
+}
+
+impl Places {
+    fn new(folded: &Folded) -> Result<Places, String> {
         let differences = rates_of_differences(folded);
-        let (place, left) = places(folded, &differences)?;
-        let n = folded.unknowns.len();
-        let of = |k: usize| if k >= n { None } else { place[k] };
-        let ends = folded.unknowns.iter().enumerate().filter_map(|(k, _)| differences.get(&k));
-        let mut rates: Vec<usize> = ends.flat_map(|&(a, b)| [of(a), of(b)]).flatten().collect();
+        let (of, left) = places(folded, &differences)?;
+        let ends = (0..folded.unknowns.len()).filter_map(|k| differences.get(&k));
+        let place = |k: usize| of.get(k).copied().flatten();
+        let mut rates: Vec<usize> = ends.flat_map(|&(a, b)| [place(a), place(b)]).flatten().collect();
         rates.sort_unstable();
         rates.dedup();
         let ground = left.len() + rates.len();
-        let at = |k: usize| of(k).unwrap_or(ground);
-        let rate = |k: usize| of(k).map_or(ground, |k| left.len() + rates.binary_search(&k).expect("one of them"));
+        Ok(Places { of, left, rates, differences, ground })
+    }
 
-        // currents: those between the same nodes are one; m of them
-        let mut g = Graph::new();
-        let mut ports: Vec<(usize, usize, Option<Limiter>)> = Vec::new();
-        let (mut arguments, mut constants): (Vec<Vec<f64>>, Constants) = Default::default();
-        let rows = || folded.flows.iter().filter(|f| !differences.contains_key(&f.from));
-        let mut outs: Vec<Id> = rows().flat_map(|f| [f.i, f.q]).collect();
-        outs.extend(folded.noise.iter().flat_map(|s| [Some(s.power), s.exponent]).flatten());
-        outs.extend(folded.outputs.iter().map(|o| o.value));
-        let read: std::collections::BTreeSet<u32> = folded
-            .graph
-            .reachable(&outs)
-            .into_iter()
-            .filter_map(|id| if let Node::Unknown(k) = folded.graph.node(id) { Some(k) } else { None })
-            .collect();
-        // of each port of the module: the port here, and whether it looks the same way
-        let mut seen: HashMap<u32, Option<(u32, bool)>> = HashMap::new();
-        for &k in &read {
+    fn of(&self, k: usize) -> Option<usize> {
+        self.of.get(k).copied().flatten()
+    }
+
+    fn at(&self, k: usize) -> usize {
+        self.of(k).unwrap_or(self.ground)
+    }
+
+    fn rate(&self, k: usize) -> usize {
+        let place = |k| self.left.len() + self.rates.binary_search(&k).expect("one of them");
+        self.of(k).map_or(self.ground, place)
+    }
+
+    /// The two ends of a port of the module.
+    fn ends(&self, port: &folded::Port) -> (usize, usize) {
+        match self.differences.get(&port.from) {
+            Some(&(a, b)) => (self.rate(a), self.rate(b)),
+            None => (self.at(port.from), self.at(port.to)),
+        }
+    }
+
+    /// Flows of the module but for rows of rates of differences.
+    fn rows<'a>(&'a self, folded: &'a Folded) -> impl Iterator<Item = &'a folded::Flow> {
+        folded.flows.iter().filter(|f| !self.differences.contains_key(&f.from))
+    }
+}
+
+/// Ports that something reads, each once.
+#[derive(Default)]
+struct Ports {
+    list: Vec<(usize, usize, Option<Limiter>)>,
+    arguments: Vec<Vec<f64>>,
+    /// of each port of the module: the port here, and whether it looks the same way; None between a node and itself
+    seen: HashMap<u32, Option<(u32, bool)>>,
+}
+
+impl Ports {
+    fn read(folded: &Folded, outs: &[Id], places: &Places) -> Result<Ports, String> {
+        let leaves = folded.graph.reachable(outs).into_iter().filter_map(|id| match folded.graph.node(id) {
+            Node::Unknown(k) => Some(k),
+            _ => None,
+        });
+        let mut ports = Ports::default();
+        for k in leaves.collect::<BTreeSet<u32>>() {
             let port = folded.ports.get(k as usize).ok_or("a port that is not there")?;
-            let (from, to) = match differences.get(&port.from) {
-                Some(&(a, b)) => (rate(a), rate(b)),
-                None => (at(port.from), at(port.to)),
-            };
+            let (from, to) = places.ends(port);
             if from == to {
-                seen.insert(k, None);
+                ports.seen.insert(k, None);
                 continue;
             }
             let limiter = port.limit.as_ref().map(|l| Limiter::named(&l.function, l.arguments.len())).transpose()?;
-            let same = |a, b| ports.iter().position(|p| limiter.is_none() && *p == (a, b, None));
+            let same = |a, b| ports.list.iter().position(|p| limiter.is_none() && *p == (a, b, None));
             let (number, along) = match (same(from, to), same(to, from)) {
                 (Some(p), _) => (p, true),
                 (_, Some(p)) => (p, false),
                 _ => {
-                    ports.push((from, to, limiter));
-                    arguments.extend(port.limit.as_ref().map(|l| l.arguments.clone()));
-                    (ports.len() - 1, true)
+                    ports.list.push((from, to, limiter));
+                    ports.arguments.extend(port.limit.as_ref().map(|l| l.arguments.clone()));
+                    (ports.list.len() - 1, true)
                 }
             };
-            seen.insert(k, Some((number as u32, along)));
+            ports.seen.insert(k, Some((number as u32, along)));
         }
-        if ports.iter().filter(|p| p.2.is_some()).count() > MOST_LIMITED {
+        if ports.arguments.len() > MOST_LIMITED {
             return Err(format!("$limit is asked for at more than {MOST_LIMITED} voltages"));
         }
-        let gmin = ports.len() as u32;
-        let mut slots: HashMap<u64, u32> = HashMap::new();
-        let mut refused = None;
-        let images = copied(&folded.graph, &outs, &mut g, |node, g| match node {
-            Node::Const(bits) => {
-                let v = f64::from_bits(bits);
-                if v == 0.0 || v == 1.0 {
-                    return Some(g.constant(v));
-                }
-                let next = slots.len() as u32;
-                let slot = *slots.entry(bits).or_insert(next);
-                if slot == next {
-                    constants.push(v);
-                }
-                Some(g.wave(slot))
+        Ok(ports)
+    }
+
+    fn leaf(&self, k: u32, g: &mut Graph) -> Id {
+        match self.seen[&k] {
+            None => g.constant(0.0),
+            Some((p, true)) => g.unknown(p),
+            Some((p, false)) => {
+                let v = g.unknown(p);
+                g.neg(v)
             }
-            Node::Unknown(k) => Some(match seen[&k] {
-                None => g.constant(0.0),
-                Some((p, true)) => g.unknown(p),
-                Some((p, false)) => {
-                    let v = g.unknown(p);
-                    g.neg(v)
-                }
-            }),
-            Node::Symbol(GMIN) => Some(g.unknown(gmin)),
-            Node::Symbol(SOURCE_SCALE) => Some(g.constant(1.0)),
-            // (rows that read these stand in the deck's own expressions: model/behaviour.rs)
-            Node::Time | Node::Symbol(_) | Node::Wave(_) | Node::Flag(_) => {
-                refused = Some("a source of noise hangs on time or on events");
-                Some(g.constant(0.0))
-            }
-            _ => None,
-        });
-        if let Some(why) = refused {
-            return Err(why.into());
         }
-        let mut images = images.into_iter();
+    }
+}
+
+/// Copies expressions, with constants but 0 and 1 put aside.
+fn anonymous(folded: &Folded, outs: &[Id], ports: &Ports, g: &mut Graph) -> Result<(Vec<Id>, Constants), String> {
+    let gmin = ports.list.len() as u32;
+    let mut constants = Constants::new();
+    let mut slots: HashMap<u64, u32> = HashMap::new();
+    let mut refused = false;
+    let images = copied(&folded.graph, outs, g, |node, g| match node {
+        Node::Const(bits) => {
+            let v = f64::from_bits(bits);
+            if v == 0.0 || v == 1.0 {
+                return Some(g.constant(v));
+            }
+            let next = slots.len() as u32;
+            let slot = *slots.entry(bits).or_insert(next);
+            if slot == next {
+                constants.push(v);
+            }
+            Some(g.wave(slot))
+        }
+        Node::Unknown(k) => Some(ports.leaf(k, g)),
+        Node::Symbol(GMIN) => Some(g.unknown(gmin)),
+        Node::Symbol(SOURCE_SCALE) => Some(g.constant(1.0)),
+        // (rows that read these stand in the deck's own expressions: model/behaviour.rs)
+        Node::Time | Node::Symbol(_) | Node::Wave(_) | Node::Flag(_) => {
+            refused = true;
+            Some(g.constant(0.0))
+        }
+        _ => None,
+    });
+    if refused {
+        return Err("a source of noise hangs on time or on events".into());
+    }
+    Ok((images, constants))
+}
+
+/// Currents and charges of branches: those between the same nodes are one.
+#[derive(Default)]
+struct Branches {
+    ends: Vec<(usize, usize)>,
+    flows: Vec<(Id, Id)>,
+}
+
+impl Branches {
+    fn add(&mut self, g: &mut Graph, (from, to): (usize, usize), (i, q): (Id, Id)) {
+        if let Some(k) = self.ends.iter().position(|&b| b == (from, to)) {
+            self.flows[k] = (g.add(self.flows[k].0, i), g.add(self.flows[k].1, q));
+        } else if let Some(k) = self.ends.iter().position(|&b| b == (to, from)) {
+            self.flows[k] = (g.sub(self.flows[k].0, i), g.sub(self.flows[k].1, q));
+        } else {
+            self.ends.push((from, to));
+            self.flows.push((i, q));
+        }
+    }
+
+    /// Is the row of this place that of a rate: its own unknown, and the rate of something?
+    fn is_rate(&self, g: &Graph, ports: &Ports, place: usize, ground: usize) -> bool {
+        let own = ports.list.iter().position(|p| (p.0, p.1) == (place, ground)).map(|p| Node::Unknown(p as u32));
+        let mut rows = self.ends.iter().zip(&self.flows).filter(|(b, _)| b.0 == place || b.1 == place);
+        let Some((_, &(i, q))) = rows.next().filter(|_| own.is_some()) else { return false };
+        let i = if let Node::Neg(a) = g.node(i) { a } else { i };
+        Some(g.node(i)) == own && g.value(q).is_none() && rows.next().is_none()
+    }
+}
+
+/// What is told of an instance beside its currents.
+#[derive(Default)]
+struct Told {
+    results: Vec<Id>,
+    noise: Vec<Noise>,
+    outputs: Vec<[String; 3]>,
+}
+
+impl Told {
+    /// `images` of power and exponent of each source of noise, then of operating-point values; `multiple`: so many in parallel.
+    fn new(
+        folded: &Folded,
+        places: &Places,
+        g: &mut Graph,
+        multiple: Id,
+        images: &mut impl Iterator<Item = Id>,
+    ) -> Told {
+        let mut told = Told::default();
         let mut next = || images.next().expect("as many images as expressions");
+        for source in &folded.noise {
+            let power = next();
+            let power = g.mul(multiple, power);
+            let exponent = source.exponent.map(|_| next());
+            let branch = (places.at(source.from), places.at(source.to));
+            if branch.0 != branch.1 && g.value(power) != Some(0.0) {
+                told.results.push(power);
+                let power = told.results.len() - 1;
+                told.results.extend(exponent);
+                let exponent = exponent.map(|_| told.results.len() - 1);
+                told.noise.push(Noise { branch, name: source.name.clone(), power, exponent });
+            }
+        }
+        for output in &folded.outputs {
+            told.results.push(next());
+            told.outputs.push([output.name.clone(), output.unit.clone(), output.meaning.clone()]);
+        }
+        told
+    }
+}
+
+impl Anonymous {
+    /// `m`: so many in parallel.
+    pub fn of(module: &str, folded: &Folded, m: f64) -> Result<Anonymous, String> {
+        let places = Places::new(folded)?;
+        let mut g = Graph::new();
+        let mut outs: Vec<Id> = places.rows(folded).flat_map(|f| [f.i, f.q]).collect();
+        outs.extend(folded.noise.iter().flat_map(|s| [Some(s.power), s.exponent]).flatten());
+        outs.extend(folded.outputs.iter().map(|o| o.value));
+        let ports = Ports::read(folded, &outs, &places)?;
+        let (images, mut constants) = anonymous(folded, &outs, &ports, &mut g)?;
         let multiple = if m == 1.0 {
             g.constant(1.0)
         } else {
             constants.push(m);
             g.wave(constants.len() as u32 - 1)
         };
-        let mut branches: Vec<(usize, usize)> = Vec::new();
-        let mut flows: Vec<(Id, Id)> = Vec::new();
-        for flow in rows() {
-            let (mut i, mut q) = (next(), next());
-            let (from, to) = (at(flow.from), at(flow.to));
-            let nothing = |g: &Graph, e: Id| g.value(e) == Some(0.0);
-            if from == to || (nothing(&g, i) && nothing(&g, q)) {
+        let mut images = images.into_iter();
+        let mut branches = Branches::default();
+        for flow in places.rows(folded) {
+            let (Some(mut i), Some(mut q)) = (images.next(), images.next()) else { break };
+            let (from, to) = (places.at(flow.from), places.at(flow.to));
+            let nothing = |e: Id| g.value(e) == Some(0.0);
+            if from == to || (nothing(i) && nothing(q)) {
                 continue;
             }
-            if folded.unknowns[flow.from.min(n - 1)].kind != folded::Kind::Current {
+            if folded.unknowns[flow.from.min(folded.unknowns.len() - 1)].kind != folded::Kind::Current {
                 (i, q) = (g.mul(multiple, i), g.mul(multiple, q));
             }
-            if let Some(k) = branches.iter().position(|&b| b == (from, to)) {
-                flows[k] = (g.add(flows[k].0, i), g.add(flows[k].1, q));
-            } else if let Some(k) = branches.iter().position(|&b| b == (to, from)) {
-                flows[k] = (g.sub(flows[k].0, i), g.sub(flows[k].1, q));
-            } else {
-                branches.push((from, to));
-                flows.push((i, q));
-            }
+            branches.add(&mut g, (from, to), (i, q));
         }
-        let (mut noise, mut told) = (Vec::new(), Vec::new());
-        for source in &folded.noise {
-            let power = next();
-            let power = g.mul(multiple, power);
-            let exponent = source.exponent.map(|_| next());
-            let branch = (at(source.from), at(source.to));
-            if branch.0 != branch.1 && g.value(power) != Some(0.0) {
-                told.push(power);
-                let power = told.len() - 1;
-                told.extend(exponent);
-                let exponent = exponent.map(|_| told.len() - 1);
-                noise.push(Noise { branch, name: source.name.clone(), power, exponent });
-            }
-        }
-        let mut outputs = Vec::new();
-        for output in &folded.outputs {
-            told.push(next());
-            outputs.push([output.name.clone(), output.unit.clone(), output.meaning.clone()]);
-        }
-        // the row of a rate: its own unknown, and the rate of something
-        let is_rate = |place: usize| {
-            let own = ports.iter().position(|p| (p.0, p.1) == (place, ground)).map(|p| Node::Unknown(p as u32));
-            let mut rows = branches.iter().zip(&flows).filter(|(b, _)| b.0 == place || b.1 == place);
-            let Some((_, &(i, q))) = rows.next().filter(|_| own.is_some()) else { return false };
-            let i = if let Node::Neg(a) = g.node(i) { a } else { i };
-            Some(g.node(i)) == own && g.value(q).is_none() && rows.next().is_none()
-        };
+        let told = Told::new(folded, &places, &mut g, multiple, &mut images);
         let sort = |&(place, k): &(usize, usize)| match folded.unknowns[k].kind {
-            folded::Kind::Current if is_rate(place) => Sort::Rate,
+            folded::Kind::Current if branches.is_rate(&g, &ports, place, places.ground) => Sort::Rate,
             folded::Kind::Current => Sort::Current,
             _ => Sort::Node,
         };
-        let inner = left.iter().copied().enumerate().filter(|&(_, k)| k >= folded.terminals);
+        let inner = places.left.iter().copied().enumerate().filter(|&(_, k)| k >= folded.terminals);
         let inner: Vec<(String, Sort)> = inner.map(|own| (folded.unknowns[own.1].name.clone(), sort(&own))).collect();
-        let results: Vec<Id> = flows.iter().flat_map(|f| [f.0, f.1]).chain(told.iter().copied()).collect();
-        let reached = g.reachable(&results);
+        let results: Vec<Id> =
+            branches.flows.iter().flat_map(|f| [f.0, f.1]).chain(told.results.iter().copied()).collect();
         let mut number: HashMap<Id, Id> = HashMap::new();
-        let mut nodes = Vec::with_capacity(reached.len());
-        for (k, &id) in reached.iter().enumerate() {
+        let mut nodes = Vec::new();
+        for (k, id) in g.reachable(&results).into_iter().enumerate() {
             number.insert(id, k as Id);
             nodes.push(numbered(g.node(id), &number));
         }
@@ -392,14 +483,24 @@ impl Anonymous {
             module: module.to_string(),
             nodes,
             results: results.iter().map(|r| number[r]).collect(),
-            ports,
-            branches,
+            ports: ports.list,
+            branches: branches.ends,
             inner: inner.clone(),
-            rates,
+            rates: places.rates,
             terminals: folded.terminals,
-            outputs: outputs.iter().map(|o: &[String; 3]| o[0].clone()).collect(),
+            outputs: told.outputs.iter().map(|o| o[0].clone()).collect(),
         };
-        Ok(Anonymous { key, constants, arguments, graph: g, flows, told, noise, outputs, inner })
+        Ok(Anonymous {
+            key,
+            constants,
+            arguments: ports.arguments,
+            graph: g,
+            flows: branches.flows,
+            told: told.results,
+            noise: told.noise,
+            outputs: told.outputs,
+            inner,
+        })
     }
 }
 

@@ -38,12 +38,6 @@ pub struct Seen {
     slots: Vec<Bounds>,
 }
 
-/// Parts in one search at most: it goes on from there when the run has come so far. A part costs about what a tenth of a step does.
-const PARTS: u32 = 10_000;
-
-/// Parts that come no farther than this share of the first one find no bounds.
-const UNBOUNDED: f64 = 1e-9;
-
 /// A time and the operand's value there.
 type Place = (f64, f64);
 
@@ -104,7 +98,9 @@ fn first_above(
 ) -> (Option<f64>, f64, f64) {
     let shortest = 1e-18 * (to.0 - from.0);
     let (mut a, mut ends, mut end) = (from, Vec::<Place>::new(), to.0);
-    for _ in 0..PARTS {
+    // parts in one search at most: it goes on from there when the run has come so far. A part costs about what a tenth
+    // of a step does
+    for _ in 0..10_000 {
         if a.0 >= to.0 {
             break;
         }
@@ -134,7 +130,8 @@ fn first_above(
         }
     }
     // (a function without bounds, a power of what is negative: what was read of it has to do)
-    let bounded = a.0 - from.0 > UNBOUNDED * (end - from.0);
+    // parts that come no farther than this share of the first one find no bounds
+    let bounded = a.0 - from.0 > 1e-9 * (end - from.0);
     (None, if bounded { a.0 } else { end }, part)
 }
 

@@ -15,24 +15,16 @@ pub struct Place {
     pub slope: f64,
 }
 
-/// Slopes between neighbouring places may be so much less than those in between.
-const STEEPER: f64 = 2.0;
-/// Parts are halved so often, and a function is read at so many places.
-const DEPTH: u32 = 8;
-const READS: u32 = 40;
-/// The cubic is looked at between so many parts, which are shorter towards its ends.
-const SAMPLES: usize = 16;
-/// A part ends no nearer to the end of what it is part of.
-const NEAREST: f64 = 0.01;
-
 /// Can a function of these slopes between places rise to the level between two of them that are h apart?
 pub fn reaches(values: (f64, f64), h: f64, slope: f64, level: f64) -> bool {
-    0.5 * (values.0 + values.1 + STEEPER * slope * h) > level
+    // slopes between neighbouring places may be so much less than those in between
+    0.5 * (values.0 + values.1 + 2.0 * slope * h) > level
 }
 
 /// A place between a and b at which the function is above the level.
 pub fn above(a: Place, b: Place, level: f64, read: &mut dyn FnMut(f64) -> Place) -> Option<f64> {
-    search(a, b, level, DEPTH, &mut READS.clone(), read)
+    // parts are halved eight times at most, and the function is read at no more than forty places
+    search(a, b, level, 8, &mut 40.clone(), read)
 }
 
 fn search(
@@ -48,13 +40,15 @@ fn search(
     }
     *reads -= 1;
     let cubic = Cubic::new(a, b);
-    let u = cubic.peak().unwrap_or(0.5).clamp(NEAREST, 1.0 - NEAREST);
+    // a part ends no nearer to the end of what it is part of
+    let u = cubic.peak().unwrap_or(0.5).clamp(0.01, 1.0 - 0.01);
     let c = read(a.t + u * (b.t - a.t));
     if c.value > level {
         return Some(c.t);
     }
     let off = (c.value - cubic.at(u)).abs() / shape(u);
-    let mut looks = (1..SAMPLES).map(|i| (std::f64::consts::FRAC_PI_2 * i as f64 / SAMPLES as f64).sin().powi(2));
+    // the cubic is looked at between so many parts, which are shorter towards its ends
+    let mut looks = (1..16).map(|i| (std::f64::consts::FRAC_PI_2 * i as f64 / 16 as f64).sin().powi(2));
     let rises = looks.any(|u| cubic.at(u) + 2.0 * off * shape(u) > level);
     let mut part = |a: Place, b: Place| {
         let asked = rises || a.slope > 0.0 && b.slope < 0.0 && tangents_meet(a, b) > level;

@@ -643,7 +643,7 @@ impl<'a, S: Sink> Run<'a, S> {
     fn locate(&mut self, method: &dyn Method, t1: f64, peaks: bool) -> Option<Located> {
         let (sys, t, end) = (self.sys, self.t, method.candidate());
         let inside = |t: f64, out: &mut [f64]| method.dense(t, out);
-        let turn = sys.turning.iter().map(|p| (p.at(t1, end) - p.at(t, &self.x)).abs()).fold(0.0, f64::max);
+        let turn = sys.turning().iter().map(|p| (p.at(t1, end) - p.at(t, &self.x)).abs()).fold(0.0, f64::max);
         let candidate = Candidate { end, dense: &inside, long: self.dense, turn, reltol: self.tol.reltol, peaks };
         self.detector.locate(sys, self.w, &candidate, t, t1, &mut self.scratch)
     }

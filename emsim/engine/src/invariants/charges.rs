@@ -13,8 +13,6 @@ use std::collections::BTreeMap;
 
 /// A conductance that is no more than a shunt [S].
 const SHUNT: f64 = 1e-9;
-/// Rows from one look to the next.
-const EVERY: u32 = 32;
 
 struct Group {
     rows: Vec<usize>,
@@ -102,7 +100,8 @@ impl Charges {
             group.last = Some((t, current));
         }
         self.rows = self.rows.wrapping_add(1);
-        self.rows % EVERY == 0
+        // rows from one look to the next
+        self.rows % 32 == 0
     }
 
     /// Groups whose charge at (t, x) is not what it was at the first look; `w` has charges and capacitances there.

@@ -1,15 +1,9 @@
 //! What time alone decides of the powers: the inertia, the weight and the damping of what a DRIVE moves. No unknown follows it, so no
 //! step control does: it is integrated by itself, over as many parts as it asks for, and its terms are taken out of the others.
-use super::{Sum, NODES, WEIGHTS};
+use super::{Sum, GAUSS};
 use crate::graph::{Graph, Id, Node};
 use crate::system::{System, Work};
 use crate::tape::{Inputs, Tape};
-
-/// Parts of a step are halved until the halves agree with the whole to so much of what has moved, or so often.
-const AGREE: f64 = 1e-9;
-const HALVINGS: u32 = 12;
-/// Terms of a power that sums are multiplied out to.
-const MOST: usize = 200;
 
 /// A summand of a power: sign, factors, divisors.
 #[derive(Clone, Default)]
@@ -40,7 +34,8 @@ impl Timed {
         let (mut terms, mut outputs) = (Vec::new(), Vec::new());
         for (k, &power) in powers.iter().enumerate() {
             let mut found = Vec::new();
-            collect(g, &timed, power, Term::default(), &mut found, &mut { MOST });
+            // terms of a power that sums are multiplied out to
+            collect(g, &timed, power, Term::default(), &mut found, &mut { 200 });
             for mut term in found {
                 for id in term.factors.iter_mut().chain(&mut term.divisors) {
                     outputs.push(*id);
@@ -86,7 +81,8 @@ impl Timed {
         let start = std::mem::replace(&mut self.until, t);
         if t > start && !self.terms.is_empty() {
             let whole = self.over(sys, w, (start, t), x);
-            self.halve(sys, w, (start, t), x, whole, HALVINGS);
+            // a twelfth halving is the last
+            self.halve(sys, w, (start, t), x, whole, 12);
         }
     }
 
@@ -95,7 +91,8 @@ impl Timed {
         let (first, second) = (self.over(sys, w, (start, middle), x), self.over(sys, w, (middle, end), x));
         let agree = |k: usize| {
             let moved = self.moved[k].max(first[k].abs() + second[k].abs());
-            (first[k] + second[k] - whole[k]).abs() <= AGREE * moved
+            // halved until the halves agree with the whole to so much of what has moved
+            (first[k] + second[k] - whole[k]).abs() <= 1e-9 * moved
         };
         if left > 0 && !(0..whole.len()).all(agree) {
             self.halve(sys, w, (start, middle), x, first, left - 1);
@@ -110,7 +107,7 @@ impl Timed {
 
     fn over(&mut self, sys: &System, w: &mut Work, (start, end): (f64, f64), x: &[f64]) -> Vec<f64> {
         let mut found = vec![0.0; self.sums.len()];
-        for (c, weight) in NODES.into_iter().zip(WEIGHTS) {
+        for (c, weight) in GAUSS {
             let t = start + c * (end - start);
             sys.set_time(w, t);
             let now = self.at(&Inputs { x, t, waves: &w.waves, flags: &w.flags });

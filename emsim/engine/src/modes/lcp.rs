@@ -10,8 +10,6 @@
 const REGULAR: f64 = 1e-10;
 const REFINED: usize = 3;
 const SWEEPS: usize = 20_000;
-/// Flows of less of what they are made of are 0.
-const SOLVED: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum At {
@@ -186,7 +184,8 @@ fn relaxed(a: &[f64], b: &[f64], bounds: &Bounds, little: f64) -> Option<Solutio
             let (low, high) = (|i: usize| f[i] <= bounds.low(i, &f), |i: usize| f[i] >= bounds.high(i, &f));
             let solves = |i: usize| {
                 let size = b[i].abs() + (0..n).map(|j| (a[i * n + j] * f[j]).abs()).sum::<f64>();
-                (w[i] >= -SOLVED * size || high(i)) && (w[i] <= SOLVED * size || low(i)) && f[i].is_finite()
+                // flows of less of what they are made of are 0
+                (w[i] >= -1e-6 * size || high(i)) && (w[i] <= 1e-6 * size || low(i)) && f[i].is_finite()
             };
             if !(0..n).all(solves) {
                 return None;

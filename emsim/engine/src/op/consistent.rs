@@ -3,11 +3,6 @@ use crate::newton::{Newton, Tolerances};
 use crate::reduced::augment;
 use crate::system::{System, Work};
 
-/// Nothing is divided by the length over which what is stored is held: so much of the other.
-const STILL: f64 = 1e-3;
-/// ... and up to so many times a hundredth of it.
-const SHORTER: usize = 6;
-
 /// Does `consistent` with `refine` leave everything as it is?
 pub fn is_all_state(sys: &System) -> bool {
     sys.devices() == 0 && sys.differential.iter().all(|&d| d)
@@ -82,7 +77,8 @@ pub fn consistent_with(
         }
     }
     if refine {
-        hold(sys, newton, w, (t, x), STILL * h, tol, &stays);
+        // nothing is divided by the length over which what is stored is held: so much of the other
+        hold(sys, newton, w, (t, x), 1e-3 * h, tol, &stays);
     }
     true
 }
@@ -154,7 +150,8 @@ pub fn hold(
 ) -> f64 {
     let (mut h, mut left) = (h, f64::INFINITY);
     // what stays may be far up an exponential, and slopes there say nothing
-    let passes = if sys.exponentials() > 0 && !stays.near { 1 } else { SHORTER };
+    // up to so many times a hundredth of it
+    let passes = if sys.exponentials() > 0 && !stays.near { 1 } else { 6 };
     for pass in 0..passes {
         let ports = w.ports.clone();
         sys.eval(w, x, t);

@@ -13,7 +13,7 @@ pub fn initial_conditions(
     for f in sys.forces.iter().filter(|f| !f.release) {
         x[f.row] = f.value;
     }
-    for &(row, value) in sys.given.iter().chain(&sys.states) {
+    for &(row, value) in sys.start.given.iter().chain(&sys.start.states) {
         x[row] = value;
     }
     // a junction behind a series resistance has the voltage of the terminals, as in ngspice
@@ -28,7 +28,7 @@ pub fn initial_conditions(
     sys.update_flags(w, &known, 0.0);
     sys.eval(w, x, 0.0);
     let mut q0 = w.q.clone();
-    for &(row, dq) in &sys.ic_charge {
+    for &(row, dq) in &sys.start.charges {
         q0[row] += dq;
     }
     // the shorter, the nearer to t = 0; but what two floating capacitors have in common is known to eps V RC/h only

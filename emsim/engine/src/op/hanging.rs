@@ -11,8 +11,6 @@ use crate::tolerances::Quantity;
 
 /// What is left of gmin where it is asked what a point comes to without it. Not 0: nodes between junctions that block had no voltage.
 const LESS: f64 = 1e-3;
-/// A voltage that runs away as 1/gmin changes by its own size for each such part of gmin; half of that is worth a closer look.
-const GROWS: f64 = 0.5;
 
 impl Dc<'_> {
     /// Does the point x, with a conductance `shunt` to ground at every node, hang on gmin? Its factors are those of the last iteration.
@@ -36,7 +34,9 @@ impl Dc<'_> {
         }
         self.lu.solve(&mut self.residual);
         w.counters.solves += 1;
-        if !(0..sys.n).any(|i| node(i) && self.residual[i].abs() > GROWS * x[i].abs()) {
+        // a voltage that runs away as 1/gmin changes by its own size for each such part of gmin; half of that is worth
+        // a closer look
+        if !(0..sys.n).any(|i| node(i) && self.residual[i].abs() > 0.5 * x[i].abs()) {
             return None;
         }
         w.gmin = LESS * gmin;

@@ -9,12 +9,10 @@
 //! A row of speeds, a(q) u = 0, of what rolls or cuts, has the row  a d = 0  there: it has come where it could come so.
 //! Friction with two directions holds up to |f| = F, and slides with f = -F d/|d|.
 use super::{rest::way, Dc};
-use crate::model::{Form, Kind, LawSpec, CLOSED, NOTHING, SHOWN, SIDE, SLIDES};
+use crate::model::{Form, Kind, LawSpec, NOTHING};
 use crate::newton::{Failure, Tolerances};
 use crate::system::{Reading, System, Work};
 
-/// At its largest effort what holds gives way by this part of the absolute tolerance.
-const GIVES: f64 = 5e-4;
 /// Rounds until modes agree, before they are changed one by one, and in all.
 const TOGETHER: usize = 12;
 const ROUNDS: usize = 60;
@@ -75,13 +73,14 @@ impl Holding {
             let most = |l: &LawSpec, at: &Reading| if l.normal.is_some() { pulls } else { at.stick.max(at.bound) };
             let most = like.map(|(l, at)| most(l, at)).fold(0.0, f64::max);
             let gives =
-                if law.form == Form::Relay && most > 0.0 && least.is_finite() { GIVES * least / most } else { 0.0 };
+                // at its largest effort what holds gives way by this part of the absolute tolerance
+                if law.form == Form::Relay && most > 0.0 && least.is_finite() { 5e-4 * least / most } else { 0.0 };
             let rate = |u: usize| rates.iter().find(|s| s.0 == k && s.1 == u).map_or(0.0, |s| s.2);
             let none = slopes.iter().map(|&(q, u)| (rate(u) * tol.atol[q]).abs()).fold(0.0, f64::max);
             laws.push(Held { slopes, gives, least: none, slid: false });
             match law.form {
                 Form::Relay => put_relay(sys, w, k, [0.0; 3]),
-                _ => sys.put_mode(w, law.flags[CLOSED], f64::from(u8::from(readings[k].gap <= 0.0))),
+                _ => sys.put_mode(w, law.closed(), f64::from(u8::from(readings[k].gap <= 0.0))),
             }
         }
         Some(Holding { from: x.to_vec(), laws, rolls })
@@ -112,9 +111,9 @@ impl Holding {
         }
         for (k, held) in self.laws.iter().enumerate() {
             let law = &sys.laws.list[k];
-            if let (Some(other), true) = (law.across, w.flags[law.flags[SLIDES]] != 0.0) {
+            if let (Some(other), true) = (law.across, w.flags[law.slides()] != 0.0) {
                 // against its way, not the one it had
-                let shares = [k, other].map(|k| w.flags[sys.laws.list[k].flags[SIDE]]);
+                let shares = [k, other].map(|k| w.flags[sys.laws.list[k].side()]);
                 let ways = [k, other].map(|k| self.way(k, x, &slopes));
                 let ways = [ways[0] + held.least * shares[0], ways[1] + held.least * shares[1]];
                 let (length, bound) = (ways[0].hypot(ways[1]), self.bound(k, &readings[k]));
@@ -130,8 +129,8 @@ impl Holding {
                 continue;
             }
             let holds = match law.form {
-                Form::Relay => w.flags[law.flags[SLIDES]] == 0.0,
-                Form::OneWay => w.flags[law.flags[CLOSED]] != 0.0,
+                Form::Relay => w.flags[law.slides()] == 0.0,
+                Form::OneWay => w.flags[law.closed()] != 0.0,
                 Form::Corner => false,
             };
             if !holds {
@@ -167,7 +166,7 @@ impl Holding {
                 continue;
             }
             if law.form == Form::Relay {
-                let [slides, side] = [SLIDES, SIDE].map(|j| w.flags[law.flags[j]]);
+                let [slides, side] = [law.slides(), law.side()].map(|flag| w.flags[flag]);
                 let most = self.bound(k, &at);
                 if slides == 0.0 && f.abs() > most * (1.0 + NOTHING) + small {
                     put_relay(sys, w, k, [1.0, -f.signum(), -f.signum()]);
@@ -178,13 +177,13 @@ impl Holding {
                 }
                 continue;
             }
-            let open = w.flags[law.flags[CLOSED]] == 0.0;
+            let open = w.flags[law.closed()] == 0.0;
             let wrong = match law.form {
                 Form::Corner => at.gap < -1e-3 * least,
                 _ => way < -least,
             };
             if open && wrong || !open && f < -small {
-                sys.put_mode(w, law.flags[CLOSED], f64::from(u8::from(open)));
+                sys.put_mode(w, law.closed(), f64::from(u8::from(open)));
                 turned = true;
             }
         }
@@ -203,8 +202,9 @@ impl Holding {
         least: f64,
         small: f64,
     ) -> bool {
-        let flags = |which: usize| both.map(|k| sys.laws.list[k].flags[which]);
-        let [slides, shares] = [SLIDES, SIDE].map(|which| flags(which).map(|flag| w.flags[flag]));
+        let laws = both.map(|k| &sys.laws.list[k]);
+        let [slides, shares] =
+            [laws.map(LawSpec::slides), laws.map(LawSpec::side)].map(|flags| flags.map(|flag| w.flags[flag]));
         let (effort, length) = (efforts[0].hypot(efforts[1]), ways[0].hypot(ways[1]));
         let to = if slides == [0.0, 0.0] {
             if effort <= self.bound(both[0], at) * (1.0 + NOTHING) + small {
@@ -247,7 +247,7 @@ impl Holding {
     pub fn accept(&mut self, sys: &System, w: &mut Work, x: &[f64]) {
         for (held, law) in self.laws.iter_mut().zip(&sys.laws.list) {
             let moved = held.slopes.iter().any(|&(q, _)| x[q] != self.from[q]);
-            held.slid |= law.form == Form::Relay && moved && w.flags[law.flags[SLIDES]] != 0.0;
+            held.slid |= law.form == Form::Relay && moved && w.flags[law.slides()] != 0.0;
         }
         self.from.copy_from_slice(x);
     }
@@ -256,11 +256,11 @@ impl Holding {
     pub fn end(&self, sys: &System, w: &mut Work) {
         let (readings, _) = sys.read_laws(w, &self.from, 0.0);
         for (law, at) in sys.laws.list.iter().zip(readings).filter(|(law, _)| law.form == Form::Relay) {
-            let slides = [SHOWN, SLIDES][usize::from(law.across.is_some())];
-            if w.flags[law.flags[slides]] != 0.0 && at.stick > 0.0 {
-                sys.put_mode(w, law.flags[SIDE], w.flags[law.flags[SIDE]] * at.bound / at.stick);
+            let slides = if law.across.is_some() { law.slides() } else { law.shown() };
+            if w.flags[slides] != 0.0 && at.stick > 0.0 {
+                sys.put_mode(w, law.side(), w.flags[law.side()] * at.bound / at.stick);
             }
-            sys.put_mode(w, law.flags[SHOWN], 0.0);
+            sys.put_mode(w, law.shown(), 0.0);
         }
     }
 }
@@ -271,8 +271,9 @@ fn slope_of(slopes: &[(usize, usize, f64)], law: usize, speed: usize) -> f64 {
 }
 
 fn put_relay(sys: &System, w: &mut Work, k: usize, values: [f64; 3]) {
-    for (which, value) in [SLIDES, SIDE, SHOWN].into_iter().zip(values) {
-        sys.put_mode(w, sys.laws.list[k].flags[which], value);
+    let law = &sys.laws.list[k];
+    for (flag, value) in [law.slides(), law.side(), law.shown()].into_iter().zip(values) {
+        sys.put_mode(w, flag, value);
     }
 }
 

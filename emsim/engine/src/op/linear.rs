@@ -6,9 +6,6 @@ use crate::system::Work;
 
 /// Conductance to ground of a node that expressions alone hold.
 pub(super) const LEAK: f64 = 1e-9;
-/// Of what the terms of a balance come to, and of what may be missing anywhere [A, V].
-const SHARE: f64 = 0.1;
-const LEAST: f64 = 1e-9;
 
 impl Dc<'_> {
     /// What the terms of each row come to before they cancel; F and its derivatives at x are left in w.
@@ -43,7 +40,9 @@ impl Dc<'_> {
             let shunt = if sys.unknowns[row].kind == Kind::Node { shunt } else { 0.0 };
             let missing = (w.f[row] + shunt * (x[row] + others.sum::<f64>())).abs();
             let electrical = matches!(sys.unknowns[row].kind, Kind::Node | Kind::Branch);
-            electrical && self.held[row].is_none() && missing > LEAST + SHARE * (terms[row] + shunt * x[row].abs())
+            // of what the terms of a balance come to, and of what may be missing anywhere [A, V]
+            // of what the terms of a balance come to, and of what may be missing anywhere [A, V]
+            electrical && self.held[row].is_none() && missing > 1e-9 + 0.1 * (terms[row] + shunt * x[row].abs())
         };
         let forced = |row: usize| self.forced.iter().any(|f| f.0 == row);
         !sys.expression_rows().iter().any(|row| open(row) && !forced(*row))

@@ -20,10 +20,7 @@ pub fn way(sys: &System, w: &Work, q: usize, u: usize) -> f64 {
 }
 
 /// Steps grow so fast, and are no longer than this part of the way gone on a slide, or of a radian.
-const GROWTH: f64 = 3.0;
 const SHARE: f64 = 0.3;
-/// A pole is looked for at 1/2, 1/4, ... of a step from both its ends.
-const NEAREST: i32 = 30;
 /// A force without a pole near is a polynomial of this degree along the step: through Chebyshev's points its coefficients fall as
 /// r^-k, r + 1/r = 2 + 4 d for the nearest pole, at d of the step beyond an end (Trefethen, Approximation Theory, 8.1). Tails of a
 /// thousandth are poles within a twentieth, and none where stiff links turn: the line between two places stretches them.
@@ -56,7 +53,8 @@ fn leaps(dc: &Dc, w: &mut Work, x: &[f64], trial: &[f64]) -> bool {
     };
     let (here, there) = (force(0.0), force(1.0));
     // as near to either end as the pole may be
-    let shares = (1..NEAREST).map(|k| 0.5_f64.powi(k));
+    // a pole is looked for at 1/2, 1/4, ... of a step from both its ends
+    let shares = (1..30).map(|k| 0.5_f64.powi(k));
     let mut suspects = vec![false; here.len()];
     for share in shares.flat_map(|s| [s, 1.0 - s]) {
         for (i, middle) in force(share).iter().enumerate() {
@@ -96,7 +94,8 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
         let solved = dc.step(w, &mut trial, tol, 12);
         dc.lean = None;
         let mut farthest = (0usize, 0.0_f64);
-        let (mut moved, mut growth) = (0.0_f64, GROWTH);
+        // steps grow so fast, and are no longer than this part of the way gone on a slide, or of a radian
+        let (mut moved, mut growth) = (0.0_f64, 3.0_f64);
         for &(q, _, _) in &dc.pairs {
             let (step, weight) = ((trial[q] - x[q]).abs(), tol.weight(q, x[q], trial[q]));
             let metres = dc.sys.unknowns[q].unit == "m";

@@ -4,9 +4,6 @@ use super::{initial, operating_point, polish, Dc, NoPoint};
 use crate::newton::{Options, Tolerances};
 use crate::system::{System, Work};
 
-/// The shortest part of the way between two points of the sweep that is tried.
-const SHORTEST: f64 = 1e-3;
-
 pub struct Sweep<'a> {
     pub sys: &'a System,
     pub options: &'a Options,
@@ -84,7 +81,8 @@ impl<'a> Sweep<'a> {
             } else {
                 w.restore(&held);
                 step *= 0.25;
-                if step < SHORTEST {
+                // the shortest part of the way between two points of the sweep that is tried
+                if step < 1e-3 {
                     return false;
                 }
             }

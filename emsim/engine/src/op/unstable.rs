@@ -14,8 +14,6 @@ use crate::model::Kind;
 use crate::newton::{Options, Tolerances};
 use crate::system::{System, Unstable, Work};
 
-/// Larger systems are not asked.
-const LARGEST: usize = 500;
 /// Steps with each a, the first of them by Euler's rule, which leaves nothing of what follows at once.
 const STEPS: usize = 200;
 const EULER: usize = 3;
@@ -23,8 +21,6 @@ const EULER: usize = 3;
 const APART: f64 = 10.0;
 /// What is left of the last vector beside the fitted mode, and the least Re s / |s| that counts: rounding has less.
 const LEFT: f64 = 1e-3;
-/// A conductance at every node above all others [S].
-const HUGE: f64 = 1e12;
 
 /// Of x at t, if it is a rest at all: all is balanced without a change of what is stored. w has its conditions.
 pub fn unstable(sys: &System, w: &mut Work, x: &[f64], t: f64, o: &Options, tol: &Tolerances) -> Option<Unstable> {
@@ -39,7 +35,8 @@ pub fn falls_over(sys: &System, w: &mut Work, x: &[f64], o: &Options, tol: &Tole
 
 /// The equations linearised at a rest; None where it is none, or is not asked.
 fn resting<'a>(sys: &'a System, w: &mut Work, x: &[f64], t: f64, o: &Options, tol: &Tolerances) -> Option<Dc<'a>> {
-    let asked = !sys.passive && sys.n <= LARGEST && sys.delays.list.is_empty() && sys.logic.is_empty();
+    // larger systems are not asked
+    let asked = !sys.passive && sys.n <= 500 && sys.delays.list.is_empty() && sys.logic.is_empty();
     if !asked || sys.unknowns.iter().any(|u| u.kind.mechanical()) {
         return None;
     }
@@ -132,7 +129,8 @@ impl Dc<'_> {
         if self.sys.devices() == 0 {
             return None; // sums and gains of blocks are no circuit that takes time
         }
-        self.factor_pencil(w, 0.0, HUGE)?;
+        // a conductance at every node above all others [S]
+        self.factor_pencil(w, 0.0, 1e12)?;
         let held = self.lu.negative();
         self.factor_pencil(w, 0.0, 0.0)?;
         if self.lu.negative() == held {

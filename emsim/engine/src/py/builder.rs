@@ -1,5 +1,6 @@
 //! `Builder`: collects the contributions of one deck and compiles them.
 use super::expr::{lock, Expr, SharedGraph};
+use super::request::request;
 use super::system::{Origin, System};
 use super::veriloga::{self, VerilogA};
 use super::{foreign, guarded};
@@ -80,6 +81,22 @@ fn two_terminal(stamps: &mut Vec<(usize, usize, f64)>, (p, n): (Option<usize>, O
 
 /// Of a source of noise: its name, frequencies with densities, and whether logarithms are interpolated.
 type NoiseTables = Vec<(String, Vec<(f64, f64)>, bool)>;
+
+request! {
+    /// A law, beside its form and row.
+    LawRequest {
+        flow: Bound<'py, PyAny>,
+        bound: Bound<'py, PyAny>,
+        stick: Bound<'py, PyAny>,
+        gap: Bound<'py, PyAny>,
+        restitution: f64,
+        flags: Vec<Bound<'py, PyAny>>,
+        normal: Option<(usize, f64, f64)> = None,
+        way: Option<Bound<'py, PyAny>> = None,
+        across: Option<usize> = None,
+        feature: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)> = None,
+    }
+}
 
 #[pymethods]
 impl Builder {
@@ -240,42 +257,25 @@ impl Builder {
         }
     }
 
-    /// A set-valued law between the unknown `row` and a flow: see `LawSpec`.
-    #[pyo3(signature = (form, row, flow, bound, stick, gap, restitution, flags, normal=None, way=None, across=None, feature=None))]
-    #[allow(clippy::too_many_arguments)]
-    fn law(
-        &mut self,
-        form: &str,
-        row: usize,
-        flow: &Bound<'_, PyAny>,
-        bound: &Bound<'_, PyAny>,
-        stick: &Bound<'_, PyAny>,
-        gap: &Bound<'_, PyAny>,
-        restitution: f64,
-        flags: Vec<Bound<'_, PyAny>>,
-        normal: Option<(usize, f64, f64)>,
-        way: Option<Bound<'_, PyAny>>,
-        across: Option<usize>,
-        feature: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
-    ) -> PyResult<()> {
+    /// A set-valued law between the unknown `row` and a flow: see `LawSpec` and `LawRequest`.
+    #[pyo3(signature = (form, row, **request))]
+    fn law(&mut self, form: &str, row: usize, request: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        let r = LawRequest::read("law", request)?;
         let form = match form {
             "relay" => Form::Relay,
             "corner" => Form::Corner,
             "one way" => Form::OneWay,
             _ => return Err(PyValueError::new_err(format!("no form `{form}` of a law"))),
         };
-        let ids = self.ids(&[flow.clone(), bound.clone(), stick.clone(), gap.clone()])?;
+        let ids = self.ids(&[r.flow, r.bound, r.stick, r.gap])?;
         let [flow, bound, stick, gap] = [ids[0], ids[1], ids[2], ids[3]];
-        let mut numbers = Vec::new();
-        let flags = self.ids(&flags)?;
-        let way = match way {
+        let flags = self.ids(&r.flags)?;
+        let way = match r.way {
             Some(way) => self.ids(&[way])?[0],
             None => flags[1.min(flags.len() - 1)],
         };
-        for flag in flags {
-            numbers.push(self.flag_number(flag)?);
-        }
-        let feature = match feature {
+        let flags = flags.into_iter().map(|flag| self.flag_number(flag)).collect::<PyResult<Vec<_>>>()?;
+        let feature = match r.feature {
             None => None,
             Some((flag, which)) => {
                 let ids = self.ids(&[flag, which])?;
@@ -284,38 +284,18 @@ impl Builder {
         };
         self.row(row as i64)?;
         let laws = &mut self.model()?.laws;
-        let normal = match normal {
-            None => None,
-            Some((of, mu, mus)) => match laws.iter().position(|law| law.row == of) {
-                Some(law) => Some(Normal { law, mu, mus }),
-                None => return Err(PyValueError::new_err("no law bounds it")),
-            },
+        let of_row = |row: usize, missing: &'static str| {
+            laws.iter().position(|law| law.row == row).ok_or_else(|| PyValueError::new_err(missing))
         };
-        let other = match across {
-            None => None,
-            Some(row) => {
-                let other = laws.iter().position(|law| law.row == row);
-                Some(other.ok_or_else(|| PyValueError::new_err("no law across it"))?)
-            }
-        };
-        if let Some(other) = other {
+        let bounded =
+            r.normal.map(|(of, mu, mus)| Ok::<_, PyErr>(Normal { law: of_row(of, "no law bounds it")?, mu, mus }));
+        let normal = bounded.transpose()?;
+        let across = r.across.map(|row| of_row(row, "no law across it")).transpose()?;
+        if let Some(other) = across {
             laws[other].across = Some(laws.len());
         }
-        let flags = numbers;
-        laws.push(LawSpec {
-            form,
-            row,
-            flow,
-            bound,
-            stick,
-            gap,
-            restitution,
-            flags,
-            normal,
-            way,
-            across: other,
-            feature,
-        });
+        let restitution = r.restitution;
+        laws.push(LawSpec { form, row, flow, bound, stick, gap, restitution, flags, normal, way, across, feature });
         Ok(())
     }
 
@@ -657,7 +637,7 @@ impl Builder {
     {
         let rows = nodes.into_iter().map(|k| Ok(self.row(k)?.map_or(-1, |k| k as i32)));
         let nodes = rows.collect::<PyResult<Vec<i32>>>()?;
-        let given = veriloga::given(model, instance, [temp_c, tnom_c], m, connected)?;
+        let given = veriloga::given(model.read.clone(), instance, [temp_c, tnom_c], m, connected)?;
         let folded = veriloga::remembered(modules, py, module, given)?;
         let graph = self.graph.clone();
         let mut g = lock(&graph);

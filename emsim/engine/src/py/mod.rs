@@ -4,6 +4,7 @@ mod builder;
 mod expr;
 mod foreign;
 mod instance;
+mod request;
 mod schematic;
 mod smallsignal;
 mod syntax;

@@ -14,8 +14,6 @@ use std::collections::hash_map::RandomState;
 use std::collections::HashMap;
 use std::hash::{BuildHasher, Hasher};
 
-const MAX_NESTING: usize = 100; // brackets in brackets, as `MAX_NESTING` of mistakes.py, which says so to the user
-
 /// Counts characters up to places that come in order.
 struct Characters {
     ascii: bool,
@@ -235,7 +233,8 @@ fn too_deep(text: &str) -> bool {
             _ => {}
         }
     }
-    deepest > MAX_NESTING
+    // brackets in brackets, as `MAX_NESTING` of mistakes.py, which says so to the user
+    deepest > 100
 }
 
 /// Makes trees. `leaf`: the class of leaves; `plain`: rule -> (number of words, is the last one a number?) of the

@@ -1,21 +1,20 @@
 //! `System`: the compiled equations, open to anyone; and the analyses. `Waveforms`: what an analysis recorded.
 use super::expr::{lock, Expr, SharedGraph};
 use super::guarded;
+use super::request::request;
 use super::smallsignal::SmallSignal;
 use crate::graph::{Graph, Id, Node};
-use crate::integrate::{self, Failed, Outcome, Status, Transient};
+use crate::integrate::{self, Failed};
 use crate::interrupt;
-use crate::invariants::Invariants;
-use crate::ledger::Ledger;
 use crate::model::Model;
 use crate::modes::Modes;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::packed::{Accounts, Equations, Input, Output, Packed, Varies};
 use crate::raw;
-use crate::record::{Record, Samples};
+use crate::record::Record;
 use crate::system::{Counters, Work};
-use crate::tangent::{Beside, Refused, Tangent};
+use crate::tangent::{Beside, Refused};
 use crate::tape::Tape;
 use crate::tolerances::{Absolute, Quantity, QUANTITIES};
 use crate::waves::Wave;
@@ -25,7 +24,8 @@ use pyo3::types::{PyBytes, PyDict};
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex, OnceLock};
-use std::time::{Duration, Instant};
+
+mod tran;
 
 /// The flag of this name is 0, and 1 for small signals: what is another thing to them reads it.
 const SMALL_SIGNALS: &str = "small signals";
@@ -519,27 +519,14 @@ impl System {
         }
     }
 
-    /// The system as bytes, for an engine without Python. `inputs`: wave, name, value where nothing is said, does it hold still while it runs;
-    /// `outputs`: expression, name; `guards`: expression of inputs, its sign, which is to stay; `times`: tstep, tstop, tmax, tstart of a transient; `codes`: kind of failure -> code; `conditions`: what flags
-    /// are called; `warnings`: flag -> what is said when it turns to 1. Of what `Builder.note_places` has noted.
-    /// `accounts`: powers, energies, those of the powers that work in impulses; where the deck keeps them.
-    #[pyo3(signature = (token, inputs, outputs, guards, options_, times, uic, codes, conditions, warnings, accounts=None))]
-    #[allow(clippy::type_complexity, clippy::too_many_arguments)]
+    /// The system as bytes, for an engine without Python, as a `PackRequest` says. Of what `Builder.note_places` has noted.
+    #[pyo3(signature = (**request))]
     fn pack<'py>(
         &self,
         py: Python<'py>,
-        token: String,
-        inputs: Vec<(usize, String, f64, String)>,
-        outputs: Vec<(Bound<'_, PyAny>, String)>,
-        guards: Vec<(Bound<'_, PyAny>, i8)>,
-        options_: Option<&Bound<'_, PyDict>>,
-        times: (f64, f64, Option<f64>, f64),
-        uic: bool,
-        codes: BTreeMap<String, String>,
-        conditions: Vec<String>,
-        warnings: BTreeMap<usize, String>,
-        accounts: Option<(Vec<Bound<'_, PyAny>>, Vec<Bound<'_, PyAny>>, Vec<usize>)>,
+        request: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<(Bound<'py, PyBytes>, Vec<(String, Option<String>)>)> {
+        let r = PackRequest::read("pack", request)?;
         let missing = || PyValueError::new_err("pack: the builder was not asked to keep its equations");
         let (known, equations) = self.equations.as_ref().ok_or_else(missing)?;
         let noted = |expr: &Bound<'_, PyAny>| {
@@ -560,21 +547,21 @@ impl System {
         };
         let packed = Packed {
             version: env!("CARGO_PKG_VERSION").into(),
-            token,
+            token: r.token,
             equations: equations.clone(),
-            inputs: inputs.into_iter().map(input).collect::<PyResult<Vec<_>>>()?,
-            outputs: outputs.into_iter().map(output).collect::<PyResult<Vec<_>>>()?,
-            guards: guards.into_iter().map(guard).collect::<PyResult<Vec<_>>>()?,
-            options: options(options_)?,
-            tstep: times.0,
-            tstop: times.1,
-            tmax: times.2,
-            tstart: times.3,
-            uic,
-            codes,
-            conditions,
-            warnings,
-            accounts: accounts.map(account).transpose()?,
+            inputs: r.inputs.into_iter().map(input).collect::<PyResult<Vec<_>>>()?,
+            outputs: r.outputs.into_iter().map(output).collect::<PyResult<Vec<_>>>()?,
+            guards: r.guards.into_iter().map(guard).collect::<PyResult<Vec<_>>>()?,
+            options: options(r.options_.as_ref())?,
+            tstep: r.times.0,
+            tstop: r.times.1,
+            tmax: r.times.2,
+            tstart: r.times.3,
+            uic: r.uic,
+            codes: r.codes,
+            conditions: r.conditions,
+            warnings: r.warnings,
+            accounts: r.accounts.map(account).transpose()?,
         };
         // what cannot be read again is no file
         packed.compile().map_err(PyValueError::new_err)?;
@@ -582,176 +569,11 @@ impl System {
         Ok((PyBytes::new(py, &packed.bytes().map_err(PyValueError::new_err)?), impeding))
     }
 
-    /// Transient analysis. `progress(t, h, steps, events)` is called now and then; a true return value stops the run.
-    /// `accounts`: (powers to integrate, energies to read at both ends, keep a trace of them). Not `drawn`, the rows beside
-    /// the steps' ends are those of the print grid alone.
-    /// `inside`: expressions to be kept within the steps, and the degree of their polynomials.
-    /// `begin`: the `state` of another run, in place of an operating point.
-    /// `tangent`: sizes of parameters, and the equations with other values of them: see `tangent::Beside`.
-    /// `impulsive`: those of the powers of `accounts` that work in impulses.
-    /// `apart`: of `paces`, for a system whose builder noted its places: each of these with steps of its own.
-    /// `leg`: it goes from here to there alone, with these charges where `begin` is of other equations.
-    /// `halts`: flags that end it when they turn to 1, or whenever they turn.
-    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None, closures=vec![], begin=None, tangent=None, impulsive=vec![], apart=vec![], leg=None, halts=vec![]))]
-    #[allow(clippy::too_many_arguments)]
-    fn tran(
-        &self,
-        py: Python<'_>,
-        tstep: f64,
-        tstop: f64,
-        tstart: f64,
-        tmax: Option<f64>,
-        uic: bool,
-        outputs: Vec<Bound<'_, PyAny>>,
-        options_: Option<&Bound<'_, PyDict>>,
-        progress: Option<Py<PyAny>>,
-        accounts: Option<(Vec<Bound<'_, PyAny>>, Vec<Bound<'_, PyAny>>, bool)>,
-        drawn: bool,
-        stream: Option<(String, bool, RawTable)>,
-        inside: Option<(Vec<Bound<'_, PyAny>>, usize)>,
-        closures: Vec<Bound<'_, PyAny>>,
-        begin: Option<(Vec<f64>, Vec<f64>)>,
-        tangent: Option<(Vec<f64>, Vec<Besides<'_>>)>,
-        impulsive: Vec<usize>,
-        apart: Vec<Vec<usize>>,
-        leg: Option<(f64, f64, Option<Vec<f64>>)>,
-        halts: Vec<(usize, bool)>,
-    ) -> PyResult<Waveforms> {
-        if begin.as_ref().is_some_and(|(x, flags)| x.len() != self.inner.n || flags.len() != self.inner.flags.len()) {
-            return Err(PyValueError::new_err("tran: begin is the state of a run of these equations"));
-        }
-        let (from, until, charges) = leg.unwrap_or((0.0, tstop, None));
-        let fits = charges.as_ref().is_none_or(|q| q.len() == self.inner.n);
-        if !(fits && from >= 0.0 && from < until && until <= tstop && (from == 0.0 || begin.is_some())) {
-            return Err(PyValueError::new_err("tran: a leg is a part of the run, behind its start with a state"));
-        }
-        if halts.iter().any(|&(k, _)| k >= self.inner.flags.len()) {
-            return Err(PyValueError::new_err("tran: no such flag"));
-        }
-        let good = |v: f64| v.is_finite() && v > 0.0;
-        let ordered = tstart >= 0.0 && tstart < tstop;
-        if !(good(tstep) && good(tstop) && ordered && tmax.is_none_or(good)) {
-            return Err(PyValueError::new_err("tran: times must be positive, tstart before tstop"));
-        }
-        let ids = self.ids(&outputs)?;
-        let mut o = options(options_)?;
-        (o.accounts, o.span, o.grid) = (accounts.is_some(), tstop, tstep);
-        let sys = self.integrable(&o, tangent.is_some())?;
-        let mut record = Record::new(&lock(&self.graph), &ids);
-        let closures = self.ids(&closures)?;
-        record.invariants = (!o.unwatched).then(|| Invariants::new(&lock(&self.graph), &sys, &o, &closures));
-        record.spoiled = o.spoiled;
-        if let Some((powers, energies, traced)) = accounts {
-            let (powers, energies) = (self.ids(&powers)?, self.ids(&energies)?);
-            let mut ledger = Ledger::new(&lock(&self.graph), &powers, &energies, traced);
-            ledger.impulsive = impulsive;
-            record.ledger = Some(ledger);
-        }
-        if let Some((expressions, degree)) = inside {
-            let ids = self.ids(&expressions)?;
-            record.samples = Some(Box::new(Samples::new(&lock(&self.graph), &ids, degree, tstart)));
-        }
-        if let Some((sizes, others)) = tangent {
-            let besides = others.into_iter().map(Besides::compiled).collect::<PyResult<Vec<_>>>()?;
-            if besides.iter().any(|b| b.parameter >= sizes.len()) {
-                return Err(PyValueError::new_err("tran: no such parameter"));
-            }
-            let atol = Tolerances::new(&sys, &o).atol;
-            record.tangent = Some(Box::new(Tangent::new(&sys, besides, sizes, (o.reltol, atol), tstop)));
-        }
-        if let Some((path, append, table)) = stream {
-            let rows = raw::Rows { width: record.columns, first: 0, columns: table.names.len() };
-            if rows.columns > rows.width {
-                return Err(PyValueError::new_err(format!("{} names for {} columns", rows.columns, rows.width)));
-            }
-            record.stream = Some(raw::Stream::new(path, append, table.header()?, rows));
-        }
-        let gate = record.gate.clone();
-        let a = Transient { tstep, tstop, tstart, tmax, uic, begun: begin.is_some(), from, until, drawn };
-        if integrate::reduces(&sys, &o) {
-            guarded(|| sys.reduce(&mut lock(&self.graph)))?;
-        }
-        if integrate::splits(&o.method) {
-            guarded(|| sys.split(&mut lock(&self.graph)))?;
-        }
-        let parts = apart.into_iter().map(|of| self.part(of, &o)).collect::<PyResult<Vec<_>>>()?;
-        let record_streams = record.stream.is_some();
-        let (outcome, mut w, record, seconds) = py.detach(move || {
-            let clock = Clock::start();
-            let mut w = sys.work();
-            (w.begin, w.charges, w.halts) = (begin, charges, halts);
-            let mut last = Instant::now();
-            let mut tick = |t: f64, h: f64, steps: u64, events: u64| {
-                if last.elapsed() < Duration::from_millis(50) {
-                    return true;
-                }
-                last = Instant::now();
-                gate.due.store(record_streams, Relaxed);
-                if gate.full.load(Relaxed) {
-                    return false;
-                }
-                !interrupt::asked()
-                    && progress.as_ref().is_none_or(|call| {
-                        Python::attach(|py| match call.call1(py, (t, h, steps, events)) {
-                            Ok(stop) => !stop.is_truthy(py).unwrap_or(false),
-                            Err(_) => false,
-                        })
-                    })
-            };
-            // what was recorded before an interrupt is kept, wherever in the run it is seen
-            let mut outcome = Outcome::interrupted();
-            let _ = interrupt::guarded(|| match parts.as_slice() {
-                [] => outcome = integrate::run(&sys, &mut w, a, &o, &mut record, &mut tick),
-                parts => outcome = integrate::run_apart(&sys, &mut w, parts, a, &o, &mut record, &mut tick),
-            });
-            if outcome.status == Status::Ok && outcome.end.len() == sys.n {
-                let ended = op::unstable(&sys, &mut w, &outcome.end, outcome.ended, &o, &Tolerances::new(&sys, &o));
-                w.unstable = ended.or(w.unstable);
-            }
-            (outcome, w, record, clock.seconds())
-        });
-        let mut failure = outcome.failed.as_ref().map(|f| failure_dict(py, &self.inner, f)).transpose()?;
-        let full = record.gate.full.load(Relaxed);
-        if full {
-            let d = PyDict::new(py);
-            d.set_item("kind", "memory")?;
-            failure = Some(d.unbind());
-        }
-        let status = match outcome.status {
-            _ if full => "failed",
-            Status::Ok => "ok",
-            Status::Failed => "failed",
-            Status::Interrupted => "interrupted",
-        };
-        let events = outcome.events.iter().map(|&(t, k, v)| (t, k, u8::from(v))).collect();
-        let nodes = if w.logic.log.is_empty() { &[][..] } else { &self.inner.logic.nodes };
-        let digital = Changes {
-            nodes: nodes.iter().map(|n| n.name.clone()).collect(),
-            log: std::mem::take(&mut w.logic.log).into(),
-        };
-        let chattering = outcome.resting;
-        let short_steps = outcome.stepped;
-        let jams = outcome.jammed.iter().map(|&(t, law)| (t, self.inner.laws.list[law].flags[0])).collect();
-        let broken = outcome.broken;
-        let used = outcome.used.into_iter().map(|u| (u.t, u.method, u.why)).collect();
-        let steady = record.steady(&self.inner);
-        let watch = Some(watch_dict(py, &self.inner, &outcome.watch)?);
-        let found = Waveforms::new(record, &w, seconds, status, failure);
-        let state = (!outcome.end.is_empty()).then_some((outcome.end, w.flags));
-        Ok(Waveforms {
-            events,
-            chattering,
-            short_steps,
-            jams,
-            broken,
-            watch,
-            used,
-            steady,
-            digital,
-            state,
-            ended: outcome.ended,
-            ..found
-        })
+    /// Transient analysis, as a `TranRequest` says.
+    #[pyo3(signature = (tstep, tstop, **request))]
+    fn tran(&self, py: Python<'_>, tstep: f64, tstop: f64, request: Option<&Bound<'_, PyDict>>) -> PyResult<Waveforms> {
+        let request = tran::TranRequest::read("tran", request)?;
+        tran::run(py, self, tstep, tstop, request)
     }
 }
 
@@ -1169,6 +991,30 @@ impl Besides<'_> {
         let Besides(parameter, by, weight, system, outputs) = self;
         let outputs = Tape::new(&lock(&system.graph), &system.ids(&outputs)?);
         Ok(Beside::new(system.inner.clone(), outputs, parameter, (by, weight)))
+    }
+}
+
+request! {
+    /// What an engine without Python is to know.
+    PackRequest {
+        token: String,
+        /// wave, name, value where nothing is said, when it varies
+        inputs: Vec<(usize, String, f64, String)>,
+        outputs: Vec<(Bound<'py, PyAny>, String)>,
+        /// expressions of inputs, whose signs are to stay
+        guards: Vec<(Bound<'py, PyAny>, i8)>,
+        options_: Option<Bound<'py, PyDict>>,
+        /// tstep, tstop, tmax, tstart of a transient
+        times: (f64, f64, Option<f64>, f64),
+        uic: bool,
+        /// kind of failure -> code
+        codes: BTreeMap<String, String>,
+        /// what flags are called
+        conditions: Vec<String>,
+        /// flag -> what is said when it turns to 1
+        warnings: BTreeMap<usize, String>,
+        /// powers, energies, those of the powers that work in impulses; where the deck keeps them
+        accounts: Option<(Vec<Bound<'py, PyAny>>, Vec<Bound<'py, PyAny>>, Vec<usize>)>,
     }
 }
 

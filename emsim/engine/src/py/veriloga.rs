@@ -1,9 +1,9 @@
 //! Verilog-A for Python: what a text declares, what is wrong with it, and the numbers of an instance at given voltages.
 use super::{expr::lock, guarded};
 use crate::derive::slopes as slopes_of;
-use crate::graph::{Id, Node};
+use crate::graph::{Graph, Id, Node};
 use crate::tape::{Inputs, Tape};
-use crate::veriloga::folded::{Kind, GMIN, GROUND, SOURCE_SCALE};
+use crate::veriloga::folded::{Kind, Port, GMIN, SOURCE_SCALE};
 use crate::veriloga::{Folded, Given, Library, Message, Value};
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
@@ -26,9 +26,6 @@ struct Come {
     given: Given,
     to: Arc<Folded>,
 }
-
-/// So many are remembered: cells of a chip have transistors of some ten sizes, and a large model comes to some 200 kB.
-const REMEMBERED: usize = 64;
 
 /// Reads a text: `name` is what messages call it, `folders` are looked in for what it includes.
 #[pyfunction]
@@ -75,7 +72,7 @@ fn values(of: HashMap<String, Bound<'_, PyAny>>) -> PyResult<HashMap<String, Val
 /// Parameters of a .model, read once for all of its instances.
 #[pyclass(frozen)]
 pub struct Values {
-    read: Arc<HashMap<String, Value>>,
+    pub(super) read: Arc<HashMap<String, Value>>,
     /// As they were given.
     #[pyo3(get)]
     given: Py<PyDict>,
@@ -91,15 +88,14 @@ impl Values {
 
 /// What an instance is given; temperatures [temp, tnom] in Celsius.
 pub fn given(
-    model: &Values,
+    model: Arc<HashMap<String, Value>>,
     instance: HashMap<String, Bound<'_, PyAny>>,
     [temp, tnom]: [f64; 2],
     multiplier: f64,
     connected: usize,
 ) -> PyResult<Given> {
     let (temperature, tnom) = (temp + 273.15, tnom + 273.15);
-    let (model, instance) = (model.read.clone(), values(instance)?);
-    Ok(Given { model, instance, temperature, tnom, multiplier, connected })
+    Ok(Given { model, instance: values(instance)?, temperature, tnom, multiplier, connected })
 }
 
 /// The same for instances that are alike.
@@ -114,7 +110,9 @@ pub fn remembered(this: &VerilogA, py: Python<'_>, module: &str, given: Given) -
     let to = Arc::new(folded(this, py, module, &given)?);
     let mut lately = lock(&this.lately);
     lately.insert(0, Come { module: module.to_string(), given, to: to.clone() });
-    lately.truncate(REMEMBERED);
+    // so many are remembered: cells of a chip have transistors of some ten sizes, and a large model comes to some 200
+    // kB
+    lately.truncate(64);
     Ok(to)
 }
 
@@ -126,6 +124,24 @@ fn folded(this: &VerilogA, py: Python<'_>, module: &str, given: &Given) -> PyRes
         Ok(list) => PyValueError::new_err(list.unbind()),
         Err(e) => e,
     })
+}
+
+super::request::request! {
+    /// A point at which an instance is evaluated; temperatures in Celsius.
+    EvaluateRequest {
+        temp: f64 = 27.0,
+        /// of unknowns by name, 0 where none is given, as limiting left them
+        voltages: HashMap<String, f64> = Default::default(),
+        gmin: f64 = Default::default(),
+        tnom: f64 = 27.0,
+        instance: HashMap<String, Bound<'py, PyAny>> = Default::default(),
+        connected: Option<usize> = None,
+        multiplier: f64 = 1.0,
+        time: f64 = Default::default(),
+        symbols: HashMap<u32, f64> = Default::default(),
+        /// of i and q of every flow, one row of ports each
+        slopes: bool = Default::default(),
+    }
 }
 
 #[pymethods]
@@ -174,125 +190,109 @@ impl VerilogA {
         Ok(d)
     }
 
-    /// The numbers of an instance: `temp`, `tnom` in Celsius; `voltages` of unknowns by name, 0 where none is given, as limiting
-    /// left them. ValueError with messages where the module refuses. `slopes`: of i and q of every flow, one row of ports each.
-    #[pyo3(signature = (module, parameters=HashMap::new(), temp=27.0, voltages=HashMap::new(), gmin=0.0, tnom=27.0, instance=HashMap::new(),
-        connected=None, multiplier=1.0, time=0.0, symbols=HashMap::new(), slopes=false))]
-    #[allow(clippy::too_many_arguments)]
+    /// The numbers of an instance at a point, as an `EvaluateRequest` says. ValueError with messages where the module refuses.
+    #[pyo3(signature = (module, parameters=HashMap::new(), **request))]
     fn evaluate<'py>(
         &self,
         py: Python<'py>,
         module: &str,
         parameters: HashMap<String, Bound<'py, PyAny>>,
-        temp: f64,
-        voltages: HashMap<String, f64>,
-        gmin: f64,
-        tnom: f64,
-        instance: HashMap<String, Bound<'py, PyAny>>,
-        connected: Option<usize>,
-        multiplier: f64,
-        time: f64,
-        symbols: HashMap<u32, f64>,
-        slopes: bool,
+        request: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let given = Given {
-            model: Arc::new(values(parameters)?),
-            instance: values(instance)?,
-            temperature: temp + 273.15,
-            tnom: tnom + 273.15,
-            multiplier,
-            connected: connected.unwrap_or(usize::MAX),
-        };
+        let r = EvaluateRequest::read("evaluate", request)?;
+        let connected = r.connected.unwrap_or(usize::MAX);
+        let given = given(Arc::new(values(parameters)?), r.instance, [r.temp, r.tnom], r.multiplier, connected)?;
         let mut f = folded(self, py, module, &given)?;
-        let name = |k: usize| if k == GROUND { "0".to_string() } else { f.unknowns[k].name.clone() };
-        for unknown in voltages.keys() {
+        for unknown in r.voltages.keys() {
             if !f.unknowns.iter().any(|u| u.name == *unknown) {
                 return Err(PyKeyError::new_err(format!("there is no unknown {unknown}")));
             }
         }
-        let at = |k: usize| if k == GROUND { 0.0 } else { voltages.get(&f.unknowns[k].name).copied().unwrap_or(0.0) };
+        let at = |k: usize| f.unknowns.get(k).and_then(|u| r.voltages.get(&u.name)).copied().unwrap_or(0.0);
         let x: Vec<f64> = f.ports.iter().map(|p| at(p.from) - at(p.to)).collect();
-        let names: Vec<(String, String)> = f.flows.iter().map(|w| (name(w.from), name(w.to))).collect();
-        let noisy: Vec<(String, String)> = f.noise.iter().map(|w| (name(w.from), name(w.to))).collect();
-        let merged: Vec<(String, String)> = f.merged.iter().map(|&(a, b)| (name(a), name(b))).collect();
-        let ports: Vec<_> = f
-            .ports
-            .iter()
-            .map(|p| (name(p.from), name(p.to), p.limit.as_ref().map(|l| (l.function.clone(), l.arguments.clone()))))
-            .collect();
+        let d = PyDict::new(py);
+        tell_shape(&f, &d)?;
         // one program for all numbers, symbols as they are given
         let mut outs: Vec<Id> = f.flows.iter().flat_map(|w| [w.i, w.q]).collect();
-        let operations = f.graph.count(&outs);
+        d.set_item("operations", f.graph.count(&outs))?;
         outs.extend(f.noise.iter().flat_map(|n| [n.power, n.exponent.unwrap_or(n.power)]));
         outs.extend(f.outputs.iter().map(|o| o.value));
         outs.extend(f.bound_step);
-        let leaves: Vec<Id> = (0..f.ports.len() as u32).map(|k| f.graph.unknown(k)).collect();
-        let mut with_slopes = 0;
-        if slopes {
+        if r.slopes {
+            let leaves: Vec<Id> = (0..f.ports.len() as u32).map(|k| f.graph.unknown(k)).collect();
             let flown: Vec<Id> = outs[..2 * f.flows.len()].to_vec();
             let rows = slopes_of(&mut f.graph, &flown, &leaves);
-            with_slopes = f.graph.count(&flown.iter().chain(rows.iter().flatten()).copied().collect::<Vec<_>>());
+            let count = f.graph.count(&flown.iter().chain(rows.iter().flatten()).copied().collect::<Vec<_>>());
+            d.set_item("operations_with_slopes", count)?;
             outs.extend(rows.into_iter().flatten());
         }
-        let mut values: Vec<(Id, Id)> = Vec::new();
-        for id in f.graph.reachable(&outs) {
-            let value = match f.graph.node(id) {
-                Node::Symbol(GMIN) => gmin,
-                Node::Symbol(SOURCE_SCALE) => 1.0,
-                Node::Symbol(k) => symbols.get(&k).copied().unwrap_or(0.0),
-                // there are no events at a point
-                Node::Flag(_) | Node::Wave(_) => 0.0,
-                _ => continue,
-            };
-            values.push((id, f.graph.constant(value)));
-        }
-        let outs = crate::derive::substitute(&mut f.graph, &outs, &values);
-        let tape = Tape::new(&f.graph, &outs);
-        let mut w = tape.workspace();
-        tape.run(&Inputs { x: &x, t: time, waves: &[], flags: &[] }, &mut w);
-        let mut next = 0;
-        let mut take = || {
-            next += 1;
-            tape.output(&w, next - 1)
-        };
-        let d = PyDict::new(py);
-        let kinds = f.unknowns.iter().map(|u| {
-            let kind = match u.kind {
-                Kind::Voltage => "voltage",
-                Kind::Current => "current",
-                Kind::Other(other) => other,
-            };
-            (u.name.clone(), kind)
-        });
-        d.set_item("unknowns", kinds.collect::<Vec<_>>())?;
-        d.set_item("terminals", f.terminals)?;
-        d.set_item("merged", merged)?;
-        d.set_item("ports", ports)?;
-        let flows: Vec<_> = names.into_iter().map(|(a, b)| (a, b, take(), take())).collect();
-        d.set_item("flows", flows)?;
-        let noise: Vec<_> = noisy
-            .into_iter()
-            .zip(&f.noise)
-            .map(|((a, b), n)| {
-                let (power, exponent) = (take(), take());
-                (a, b, n.name.clone(), power, n.exponent.map(|_| exponent))
-            })
-            .collect();
-        d.set_item("noise", noise)?;
-        let outputs = PyDict::new(py);
-        for o in &f.outputs {
-            outputs.set_item(&o.name, take())?;
-        }
-        d.set_item("outputs", outputs)?;
-        d.set_item("starts", f.starts.iter().map(|s| (&f.unknowns[s.0].name, s.1)).collect::<Vec<_>>())?;
-        d.set_item("bound_step", f.bound_step.map(|_| take()))?;
-        d.set_item("said", &f.said)?;
-        d.set_item("operations", operations)?;
-        if slopes {
-            let rows: Vec<Vec<f64>> = (0..2 * f.flows.len()).map(|_| leaves.iter().map(|_| take()).collect()).collect();
-            d.set_item("slopes", rows)?;
-            d.set_item("operations_with_slopes", with_slopes)?;
-        }
+        let outs = numbered(&mut f.graph, &outs, r.gmin, &r.symbols);
+        let values = Tape::new(&f.graph, &outs).eval(&Inputs { x: &x, t: r.time, waves: &[], flags: &[] });
+        tell_values(&f, &values, r.slopes, &d)?;
         Ok(d)
     }
+}
+
+/// Expressions with numbers for all that stands for a quantity of the run. There are no events at a point.
+fn numbered(g: &mut Graph, outs: &[Id], gmin: f64, symbols: &HashMap<u32, f64>) -> Vec<Id> {
+    let mut values: Vec<(Id, Id)> = Vec::new();
+    for id in g.reachable(outs) {
+        let value = match g.node(id) {
+            Node::Symbol(GMIN) => gmin,
+            Node::Symbol(SOURCE_SCALE) => 1.0,
+            Node::Symbol(k) => symbols.get(&k).copied().unwrap_or(0.0),
+            Node::Flag(_) | Node::Wave(_) => 0.0,
+            _ => continue,
+        };
+        values.push((id, g.constant(value)));
+    }
+    crate::derive::substitute(g, outs, &values)
+}
+
+fn name(f: &Folded, k: usize) -> String {
+    f.unknowns.get(k).map_or("0", |u| &u.name).to_string()
+}
+
+/// Unknowns, what is one, ports, and what a module said.
+fn tell_shape(f: &Folded, d: &Bound<'_, PyDict>) -> PyResult<()> {
+    let kinds = f.unknowns.iter().map(|u| {
+        let kind = match u.kind {
+            Kind::Voltage => "voltage",
+            Kind::Current => "current",
+            Kind::Other(other) => other,
+        };
+        (u.name.clone(), kind)
+    });
+    d.set_item("unknowns", kinds.collect::<Vec<_>>())?;
+    d.set_item("terminals", f.terminals)?;
+    d.set_item("merged", f.merged.iter().map(|&(a, b)| (name(f, a), name(f, b))).collect::<Vec<_>>())?;
+    let limit = |p: &Port| p.limit.as_ref().map(|l| (l.function.clone(), l.arguments.clone()));
+    d.set_item("ports", f.ports.iter().map(|p| (name(f, p.from), name(f, p.to), limit(p))).collect::<Vec<_>>())?;
+    d.set_item("starts", f.starts.iter().map(|s| (&f.unknowns[s.0].name, s.1)).collect::<Vec<_>>())?;
+    d.set_item("said", &f.said)
+}
+
+/// Flows, noise, operating-point values, the bound of the step and slopes, in this order.
+fn tell_values(f: &Folded, values: &[f64], slopes: bool, d: &Bound<'_, PyDict>) -> PyResult<()> {
+    let mut next = values.iter().copied();
+    let mut take = || next.next().unwrap_or(f64::NAN);
+    let flows: Vec<_> = f.flows.iter().map(|w| (name(f, w.from), name(f, w.to), take(), take())).collect();
+    d.set_item("flows", flows)?;
+    let noise = f.noise.iter().map(|n| {
+        let (power, exponent) = (take(), take());
+        (name(f, n.from), name(f, n.to), n.name.clone(), power, n.exponent.map(|_| exponent))
+    });
+    d.set_item("noise", noise.collect::<Vec<_>>())?;
+    let outputs = PyDict::new(d.py());
+    for o in &f.outputs {
+        outputs.set_item(&o.name, take())?;
+    }
+    d.set_item("outputs", outputs)?;
+    d.set_item("bound_step", f.bound_step.map(|_| take()))?;
+    if slopes {
+        let rows: Vec<Vec<f64>> =
+            f.flows.iter().flat_map(|_| [(); 2]).map(|_| f.ports.iter().map(|_| take()).collect()).collect();
+        d.set_item("slopes", rows)?;
+    }
+    Ok(())
 }

@@ -8,9 +8,6 @@ use crate::ledger::Inside;
 use crate::system::{System, Work};
 use std::f64::consts::PI;
 
-/// More numbers than this are too many to keep: 128 MB.
-const MOST: usize = 1 << 24;
-
 pub struct Samples {
     record: Record,
     degree: usize,
@@ -81,7 +78,8 @@ impl Samples {
             }
         }
         let written = self.record.data.len() - rows;
-        if self.record.data.len() > MOST || written != (self.degree + 1) * self.record.columns {
+        // more numbers than this are too many to keep: 128 MB
+        if self.record.data.len() > (1 << 24) || written != (self.degree + 1) * self.record.columns {
             (self.full, self.record.data) = (true, Vec::new());
         }
     }

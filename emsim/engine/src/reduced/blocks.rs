@@ -8,8 +8,14 @@ use crate::model::Kind;
 use crate::tape::{Inputs, Tape};
 use std::collections::HashSet;
 
-/// Operations of straight-line code that one of the dense factorisation is worth.
-const INTERPRETED: usize = 4;
+/// Unknowns of a loop: multipliers and speeds; rows of each, with their equations.
+#[derive(Default)]
+struct Pairs {
+    lambdas: Vec<usize>,
+    speeds: Vec<usize>,
+    rows: Vec<(usize, usize)>,
+    momenta: Vec<(usize, usize)>,
+}
 
 impl Plan<'_> {
     /// One strong component becomes a step, or is substituted.
@@ -94,7 +100,8 @@ impl Plan<'_> {
         }
         let exprs: Vec<Id> = exprs.iter().map(|&e| self.image(e)).collect();
         let Some(solution) = eliminate(self.g, &exprs, &speeds) else { return false };
-        let dense = self.g.reachable(&exprs).len() + INTERPRETED * (n * n * n / 3 + 2 * n * n);
+        // operations of straight-line code that one of the dense factorisation is worth
+        let dense = self.g.reachable(&exprs).len() + 4 * (n * n * n / 3 + 2 * n * n);
         if self.g.reachable(&solution.speeds).len() > dense {
             return false;
         }
@@ -179,38 +186,7 @@ impl Plan<'_> {
     /// Momenta and multipliers together:  M z + s W^T lambda + c = 0,  W z + d = 0. False where the block is none such.
     fn saddle(&mut self, members: &[usize]) -> Result<bool, String> {
         let n = self.at.n;
-        let (mut lambdas, mut speeds, mut rows, mut momenta) = (vec![], vec![], vec![], vec![]);
-        for &e in members {
-            let (unknown, row) = (self.equations[e].unknown, self.equations[e].row);
-            match self.source.unknowns.get(unknown).map(|u| u.kind) {
-                Some(Kind::Lambda) => lambdas.push(unknown),
-                None if unknown < 2 * n && self.source.unknowns[unknown - n].kind == Kind::Speed => {
-                    speeds.push(unknown - n);
-                }
-                _ => return Ok(false),
-            }
-            match self.source.unknowns[row].kind {
-                Kind::Lambda => rows.push((row, e)),
-                Kind::Speed => momenta.push((row, e)),
-                _ => return Ok(false),
-            }
-        }
-        lambdas.sort_unstable();
-        speeds.sort_unstable();
-        rows.sort_unstable();
-        momenta.sort_unstable();
-        let paired = |a: &[usize], b: &[(usize, usize)]| a.iter().eq(b.iter().map(|(row, _)| row));
-        // of laws alone: a general block
-        let laws = lambdas.iter().filter(|&&l| self.source.laws.iter().any(|law| law.row == l)).count();
-        if laws > 0 && laws == lambdas.len() {
-            return Ok(false);
-        }
-        if laws > 0 {
-            return Err("friction acts within a closed loop".into());
-        }
-        if lambdas.is_empty() || !paired(&lambdas, &rows) || !paired(&speeds, &momenta) {
-            return Ok(false);
-        }
+        let Some(Pairs { lambdas, speeds, rows, momenta }) = self.pairs(members)? else { return Ok(false) };
         let (k, m) = (speeds.len(), lambdas.len());
         let leaf_of = |g: &mut Graph, list: &[usize], shift: usize| -> Vec<Id> {
             list.iter().map(|&j| g.unknown((j + shift) as u32)).collect()
@@ -252,14 +228,86 @@ impl Plan<'_> {
         outs.extend(mass.varying.iter().map(|&(_, id)| id));
         outs.extend(&pull);
         self.parts.push((outs, true));
-        let state_of = |j: usize| self.equations.iter().find(|e| e.row == j && e.state.is_some()).and_then(|e| e.state);
-        // coordinates move with the speeds that their rows read:  q' = N(q) u
+        let (rates, carried) = self.carried(&speeds, &lambdas, &u)?;
+        // are the accelerations read by anybody else?
+        let members: HashSet<usize> = members.iter().copied().collect();
+        let others: Vec<Id> =
+            (self.equations.iter().enumerate()).filter(|(e, _)| !members.contains(e)).map(|(_, e)| e.expr).collect();
+        let read = self.leaves(&others).iter().any(|l| mass.unknowns.contains(l));
+        let unit = |l: usize| self.source.unknowns.get(l).map(|u| &u.unit);
+        let kinds =
+            (lambdas.iter()).map(|&l| lambdas.iter().position(|&other| unit(other) == unit(l)).unwrap_or(0)).collect();
+        self.steps.push(Step::Saddle(Box::new(Saddle {
+            rates: read,
+            kinds,
+            mass,
+            momenta: speeds.iter().map(|&j| self.state_of(j)).collect(),
+            turning: rates.iter().any(|&r| self.g.value(r).is_none()),
+            constant: rates.iter().map(|&r| self.g.value(r).unwrap_or(0.0)).collect(),
+            carried,
+            carried_ids: rates,
+            carried_part: usize::MAX,
+            rows: lambdas,
+            drift_part: usize::MAX,
+            gaps: Tape::new(self.g, &[]),
+            quick: None,
+        })));
+        Ok(true)
+    }
+
+    /// Multipliers and speeds with the rows that are theirs; None where others are among them.
+    fn pairs(&self, members: &[usize]) -> Result<Option<Pairs>, String> {
+        let n = self.at.n;
+        let mut p = Pairs::default();
+        for &e in members {
+            let (unknown, row) = (self.equations[e].unknown, self.equations[e].row);
+            match self.source.unknowns.get(unknown).map(|u| u.kind) {
+                Some(Kind::Lambda) => p.lambdas.push(unknown),
+                None if unknown < 2 * n && self.source.unknowns[unknown - n].kind == Kind::Speed => {
+                    p.speeds.push(unknown - n);
+                }
+                _ => return Ok(None),
+            }
+            match self.source.unknowns[row].kind {
+                Kind::Lambda => p.rows.push((row, e)),
+                Kind::Speed => p.momenta.push((row, e)),
+                _ => return Ok(None),
+            }
+        }
+        p.lambdas.sort_unstable();
+        p.speeds.sort_unstable();
+        p.rows.sort_unstable();
+        p.momenta.sort_unstable();
+        let paired = |a: &[usize], b: &[(usize, usize)]| a.iter().eq(b.iter().map(|(row, _)| row));
+        // of laws alone: a general block
+        let laws = p.lambdas.iter().filter(|&&l| self.source.laws.iter().any(|law| law.row == l)).count();
+        if laws > 0 && laws == p.lambdas.len() {
+            return Ok(None);
+        }
+        if laws > 0 {
+            return Err("friction acts within a closed loop".into());
+        }
+        let whole = !p.lambdas.is_empty() && paired(&p.lambdas, &p.rows) && paired(&p.speeds, &p.momenta);
+        Ok(whole.then_some(p))
+    }
+
+    fn state_of(&self, row: usize) -> Option<usize> {
+        self.equations.iter().find(|e| e.row == row && e.state.is_some()).and_then(|e| e.state)
+    }
+
+    /// Coordinates move with the speeds that their rows read,  q' = N(q) u: entries of N, and (state, speed) of each.
+    fn carried(
+        &mut self,
+        speeds: &[usize],
+        lambdas: &[usize],
+        u: &[Id],
+    ) -> Result<(Vec<Id>, Vec<(usize, usize)>), String> {
         let (mut rates, mut carried) = (Vec::new(), Vec::new());
         let closed: Vec<Id> = lambdas.iter().filter_map(|&l| self.closure(l)).collect();
         let closed = self.leaves(&closed);
-        for c in (0..n).filter(|&c| self.source.unknowns[c].kind == Kind::Coordinate) {
-            let Some(state) = state_of(c) else { continue };
-            let slopes = gradient(self.g, self.f[c], &u);
+        for c in (0..self.at.n).filter(|&c| self.source.unknowns[c].kind == Kind::Coordinate) {
+            let Some(state) = self.state_of(c) else { continue };
+            let slopes = gradient(self.g, self.f[c], u);
             if self.leaves(&slopes).iter().any(|l| speeds.contains(l)) {
                 if closed.contains(&c) {
                     let name = &self.source.unknowns[c].name;
@@ -274,30 +322,7 @@ impl Plan<'_> {
                 }
             }
         }
-        // are the accelerations read by anybody else?
-        let members: HashSet<usize> = members.iter().copied().collect();
-        let others: Vec<Id> =
-            (self.equations.iter().enumerate()).filter(|(e, _)| !members.contains(e)).map(|(_, e)| e.expr).collect();
-        let read = self.leaves(&others).iter().any(|l| mass.unknowns.contains(l));
-        let unit = |l: usize| self.source.unknowns.get(l).map(|u| &u.unit);
-        let kinds =
-            (lambdas.iter()).map(|&l| lambdas.iter().position(|&other| unit(other) == unit(l)).unwrap_or(0)).collect();
-        self.steps.push(Step::Saddle(Box::new(Saddle {
-            rates: read,
-            kinds,
-            mass,
-            momenta: speeds.iter().map(|&j| state_of(j)).collect(),
-            turning: rates.iter().any(|&r| self.g.value(r).is_none()),
-            constant: rates.iter().map(|&r| self.g.value(r).unwrap_or(0.0)).collect(),
-            carried,
-            carried_ids: rates,
-            carried_part: usize::MAX,
-            rows: lambdas,
-            drift_part: usize::MAX,
-            gaps: Tape::new(self.g, &[]),
-            quick: None,
-        })));
-        Ok(true)
+        Ok((rates, carried))
     }
 
     /// The expression of positions whose rate the row of a multiplier holds; None of a row of speeds.

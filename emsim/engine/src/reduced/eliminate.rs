@@ -17,7 +17,6 @@ use crate::graph::{Graph, Id, Node};
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 /// Systems above this size are left to the dense factorisation.
-const MOST: usize = 20_000;
 const GONE: usize = usize::MAX;
 
 /// v = scale (sum coef w + rest); scale is -1/pivot of a speed.
@@ -110,7 +109,8 @@ impl Elimination<'_> {
         for (row, expr) in rows.iter_mut().zip(exprs) {
             row.terms.insert(*number.get(expr)?, one);
         }
-        if rows.len() > MOST {
+        // systems above this size are left to the dense factorisation
+        if rows.len() > 20_000 {
             return None;
         }
         let mut columns = vec![BTreeSet::new(); rows.len()];

@@ -2,8 +2,6 @@
 use super::{Point, Reduced};
 use crate::waves::Wave;
 
-const ITERATIONS: usize = 6; // each takes from the other eigenvalues by their ratio to the largest: of one half as large 1/64 is left
-
 impl Reduced {
     /// Size of the fastest eigenvalue at the y of the point, by power iterations, and whether it is a damped mode's; None where the
     /// rates cannot be evaluated.
@@ -15,7 +13,8 @@ impl Reduced {
         let size = 1e-6 * norm(&y0).max(1e-6 * norm(&f0)).max(1e-12);
         let mut direction: Vec<f64> = (0..y0.len()).map(|i| if i % 2 == 0 { 1.0 } else { -0.7 }).collect();
         let (mut fastest, mut damped) = (0.0, false);
-        for _ in 0..ITERATIONS {
+        // each takes from the other eigenvalues by their ratio to the largest: of one half as large 1/64 is left
+        for _ in 0..6 {
             let scale = size / norm(&direction).max(1e-300);
             for ((y, y0), d) in self.y(p).iter_mut().zip(&y0).zip(&direction) {
                 *y = y0 + scale * d;

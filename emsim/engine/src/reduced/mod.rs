@@ -36,12 +36,6 @@ use dense::{backward_symmetric, factor_general, factor_symmetric, forward_symmet
 use std::sync::Arc;
 use whole::{Slots, Whole};
 
-const MOST_ITERATIONS: usize = 50; // of Newton's method from a point near by, which takes three or four: more are one that goes nowhere
-/// Newton's method converges quadratically: an update so small leaves its square.
-const NEWTON: f64 = 1e-7;
-/// Of a step that limiting cuts at least so much is taken: a device whose limited voltage is the old one must not stop the others.
-const LEAST_SHARE: f64 = 1e-3;
-
 /// What a stage could not solve.
 #[derive(Clone, Copy, Debug)]
 pub enum Trouble {
@@ -551,7 +545,9 @@ impl Reduced {
             let mut to = new.to_vec();
             if class.limit(k, &mut to, old) {
                 for ((old, new), to) in old.iter().zip(new).zip(&to).filter(|((_, new), to)| new != to) {
-                    share = share.min(((to - old) / (new - old)).clamp(LEAST_SHARE, 1.0));
+                    // of a step that limiting cuts at least so much is taken: a device whose limited voltage is the old
+                    // one must not stop the others
+                    share = share.min(((to - old) / (new - old)).clamp(1e-3, 1.0));
                 }
             }
         }
@@ -575,7 +571,8 @@ impl Reduced {
         self.run(block.part, p);
         self.voltages(limits, p, 0);
         let mut worst = block.unknowns[0];
-        for _ in 0..MOST_ITERATIONS {
+        // of Newton's method from a point near by, which takes three or four: more are one that goes nowhere
+        for _ in 0..50 {
             self.run(part, p);
             let held = &mut p.held[k];
             block.refactor(&outputs[n..], &p.slots, held)?;
@@ -592,7 +589,8 @@ impl Reduced {
                     return Err(Trouble::NotFinite { unknown: u });
                 }
                 let floor = p.floor.get(u).copied().unwrap_or(1e-12);
-                let r = d.abs() / (NEWTON * x.abs() + floor);
+                // Newton's method converges quadratically: an update so small leaves its square
+                let r = d.abs() / (1e-7 * x.abs() + floor);
                 if r > ratio {
                     ratio = r;
                     worst = u;

@@ -342,7 +342,7 @@ impl Plan<'_> {
         let row_equation: HashMap<usize, usize> =
             self.equations.iter().map(|e| e.unknown).zip(0..self.equations.len()).collect();
         let mut fresh: Vec<Id> = Vec::new();
-        let mut constraints: Vec<usize> = Vec::new();
+        let constraints = self.equations.len()..self.equations.len() + lambdas.len();
         for &k in &lambdas {
             let law = self.source.laws.iter().find(|law| law.row == k);
             let expr = match law {
@@ -353,7 +353,6 @@ impl Plan<'_> {
                 None => checked(self, self.f[k], k)?,
             };
             fresh.push(expr);
-            constraints.push(self.equations.len());
             self.equations.push(Equation { expr, unknown: usize::MAX, state: None, row: k });
         }
         for &k in &shown {
@@ -387,27 +386,29 @@ impl Plan<'_> {
                 self.equations.push(Equation { expr, unknown: leaf, state: None, row });
             }
         }
-        // constraints push against the momenta: each multiplier is reached through one of them
+        self.reach_multipliers(&lambdas, constraints, first)
+    }
+
+    /// Constraints push against the momenta: each multiplier is reached through one of them. `first`: the equations of rates begin there.
+    fn reach_multipliers(
+        &mut self,
+        lambdas: &[usize],
+        mut constraints: std::ops::Range<usize>,
+        first: usize,
+    ) -> Result<(), String> {
+        let n = self.at.n;
         let mut by: Vec<Option<usize>> = vec![None; self.at.leaves()];
         let mut of: Vec<Option<usize>> = vec![None; self.equations.len()];
         for e in first..self.equations.len() {
             let unknown = self.equations[e].unknown;
             (by[unknown], of[e]) = (Some(e), Some(unknown));
         }
-        let is_lambda: HashSet<usize> = lambdas.iter().copied().collect();
-        let reads: Vec<Vec<usize>> = (self.equations.iter())
-            .map(|e| {
-                self.leaves(&[e.expr])
-                    .into_iter()
-                    .filter(|l| is_lambda.contains(l) || (*l >= n && *l < 2 * n))
-                    .collect()
-            })
-            .collect();
-        for &e in &constraints {
-            if !augment(e, &|e| reads[e].clone(), &mut by, &mut of) {
-                let name = &self.source.unknowns[self.equations[e].row].name;
-                return Err(format!("nothing that has inertia gives way to the constraint of `{name}`"));
-            }
+        let reached = |l: &usize| lambdas.contains(l) || (*l >= n && *l < 2 * n);
+        let reads: Vec<Vec<usize>> =
+            self.equations.iter().map(|e| self.leaves(&[e.expr]).into_iter().filter(reached).collect()).collect();
+        if let Some(e) = constraints.find(|&e| !augment(e, &|e| reads[e].clone(), &mut by, &mut of)) {
+            let name = &self.source.unknowns[self.equations[e].row].name;
+            return Err(format!("nothing that has inertia gives way to the constraint of `{name}`"));
         }
         for (e, unknown) in of.into_iter().enumerate() {
             if let Some(unknown) = unknown {

@@ -5,9 +5,6 @@ use super::saddle::{Saddle, NEAR};
 use super::{dense, Held, Point, Reduced};
 use crate::tape::{Inputs, Leaf, Tape, Value, Written};
 
-/// Operations of a longer program would not stay in the processor's cache.
-const LARGEST: usize = 1500;
-
 pub struct Quick {
     tape: Tape,
     masses: usize, // unless they are constant
@@ -90,6 +87,18 @@ impl Sums {
         }
         sum
     }
+    /// A l - b, A by columns as long as b.
+    fn excess(&mut self, a: &[Entry], l: &[Entry], b: &[Entry]) -> Vec<Entry> {
+        let k = b.len();
+        let row = |i: usize| -> Vec<Entry> { (0..l.len()).map(|j| a[j * k + i]).collect() };
+        (0..k)
+            .map(|i| {
+                let mut sum = self.dot(&row(i), l);
+                self.take(&mut sum, b[i]);
+                sum
+            })
+            .collect()
+    }
 }
 
 impl Saddle {
@@ -97,7 +106,8 @@ impl Saddle {
     /// masses' pivots and what they began with.
     pub fn quick(&self, tape: &Tape) -> Option<Quick> {
         let (k, m) = (self.mass.unknowns.len(), self.rows.len());
-        if k * k * k / 6 + k * k * (m + 2) + k * m * m + m * m * m / 6 > LARGEST {
+        // operations of a longer program would not stay in the processor's cache
+        if k * k * k / 6 + k * k * (m + 2) + k * m * m + m * m * m / 6 > 1500 {
             return None;
         }
         let known = self.mass.constant.as_ref().map(|c| &c.0);
@@ -157,13 +167,7 @@ impl Saddle {
 
         let mut results = lambda.clone();
         if self.rates {
-            let mut rates = Vec::with_capacity(k);
-            for i in 0..k {
-                let across: Vec<Entry> = (0..m).map(|j| pull[j * k + i]).collect();
-                let mut rate = s.dot(&across, &lambda);
-                s.take(&mut rate, force[i]);
-                rates.push(rate);
-            }
+            let mut rates = s.excess(&pull, &lambda, &force);
             s.forward(&u, &inverse, &mut rates);
             s.backward(&u, &inverse, &mut rates);
             results.extend(rates);

@@ -16,10 +16,6 @@ use crate::waves::Wave;
 const RANK: f64 = 1e-9;
 /// Corrections of positions with one factorisation.
 const CLOSINGS: usize = 4;
-/// Gaps that are closed from afar shrink so much at once, or are left.
-const SHRINKS: f64 = 0.25;
-/// ... and need be no smaller than this part of what they were, which is within the tolerance: nothing goes on from there.
-const CLOSE: f64 = 1e-4;
 /// Constraints so near to a loss of rank (a change point, where links lie on one line) magnify what a stage is off them: there
 /// the explicit methods project stages too. That is the method applied to f(P(y)), so its order stays.
 pub const NEAR: f64 = 0.1;
@@ -164,9 +160,12 @@ impl Reduced {
                     break;
                 }
                 if round == 0 {
-                    enough = rounding.max(CLOSE * gap);
+                    // and need be no smaller than this part of what they were, which is within the tolerance: nothing
+                    // goes on from there
+                    enough = rounding.max(1e-4 * gap);
                 }
-                if gap > SHRINKS * last {
+                // gaps that are closed from afar shrink so much at once, or are left
+                if gap > 0.25 * last {
                     y.copy_from_slice(&before);
                     break;
                 }

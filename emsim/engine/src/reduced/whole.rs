@@ -22,7 +22,6 @@ pub struct Whole {
 }
 
 const SEQUENCES: usize = 4; // two methods, each with a step and its inside
-const LONG: usize = 64; // states of a program that is written out; sums over more are loops whose cost is their arithmetic
 
 struct Arrival {
     tape: Tape,
@@ -150,7 +149,8 @@ impl Reduced {
     /// The stages of a method in one, made when it first runs; `number` is that of the method and its purpose. Not for long
     /// states: there the sums are long loops anyhow, and the code would be.
     pub fn sequence(&self, number: usize, moves: &[Move], h: usize, times: usize) -> Option<&Sequence> {
-        let whole = self.whole.as_ref().filter(|_| self.at.width() <= LONG && self.waves == 0)?;
+        // states of a program that is written out; sums over more are loops whose cost is their arithmetic
+        let whole = self.whole.as_ref().filter(|_| self.at.width() <= 64 && self.waves == 0)?;
         let make = || whole.stage.sequence(moves, self.at.width(), self.at.y(0), h, times);
         whole.sequences[number].get_or_init(make).as_ref()
     }

@@ -173,98 +173,108 @@ impl Pattern {
                 return Found::Unknown;
             }
             *steps -= 1;
-            let mut failed = false;
-            match self.ops[op] {
+            let next = match self.ops[op] {
                 Op::Done => {
                     stack.0.truncate(base);
                     return Found::To(at);
                 }
                 Op::One(class) => match step(&classes[class as usize], text, at) {
-                    Step::To(next) => {
-                        at = next;
-                        op += 1;
-                    }
-                    Step::No => failed = true,
+                    Step::To(next) => Some((op + 1, next)),
+                    Step::No => None,
                     Step::Unknown => return Found::Unknown,
                 },
                 Op::Many { class, least, most, fixed } => {
-                    let class = &classes[class as usize];
-                    let (mut count, mut shortest) = (0, at);
-                    if least <= 1 {
-                        // ASCII in a row, the rest below
-                        let longest = text.len().min(at.saturating_add(most as usize));
-                        let run = text.as_bytes()[at..longest].iter();
-                        let run = run.take_while(|&&b| b < 128 && class.ascii >> b & 1 != 0).count();
-                        (count, at) = (run as u32, at + run);
-                        shortest += (least as usize).min(run);
-                    }
-                    while count < most {
-                        match step(class, text, at) {
-                            Step::To(next) => at = next,
-                            Step::No => break,
-                            Step::Unknown => return Found::Unknown,
-                        }
-                        count += 1;
-                        if count == least {
-                            shortest = at;
-                        }
-                    }
-                    *steps = steps.saturating_sub(count as usize / 8);
-                    if count < least {
-                        failed = true;
-                    } else {
-                        op += 1;
-                        if !fixed && at > shortest {
-                            stack.0.push(Frame { op, at, shortest });
+                    match many(&classes[class as usize], text, at, (least, most), steps) {
+                        Many::Unknown => return Found::Unknown,
+                        Many::No => None,
+                        Many::To { shortest, longest } => {
+                            if !fixed && longest > shortest {
+                                stack.0.push(Frame { op: op + 1, at: longest, shortest });
+                            }
+                            Some((op + 1, longest))
                         }
                     }
                 }
                 Op::Either(a, b) => {
                     stack.0.push(Frame { op: b, at, shortest: at });
-                    op = a;
+                    Some((a, at))
                 }
-                Op::Jump(to) => op = to,
+                Op::Jump(to) => Some((to, at)),
                 Op::Ahead { wanted, after } => match self.run(classes, text, op + 1, at, stack, steps) {
                     Found::Unknown => return Found::Unknown,
-                    found => {
-                        if (found != Found::Nothing) == wanted {
-                            op = after;
-                        } else {
-                            failed = true;
-                        }
-                    }
+                    found => ((found != Found::Nothing) == wanted).then_some((after, at)),
                 },
                 // Python's `$`: at the end, or before a line end there
-                Op::AtEnd => {
-                    if at == text.len() || &text[at..] == "\n" {
-                        op += 1;
-                    } else {
-                        failed = true;
-                    }
-                }
-            }
-            if failed {
-                if stack.0.len() == base {
-                    return Found::Nothing;
-                }
-                let frame = stack.0.last_mut().unwrap();
-                if frame.at > frame.shortest {
-                    // a repetition gives one character back
-                    let mut back = frame.at - 1;
-                    while !text.is_char_boundary(back) {
-                        back -= 1;
-                    }
-                    frame.at = back;
-                    (op, at) = (frame.op, back);
-                    if back == frame.shortest {
-                        stack.0.pop();
-                    }
-                } else {
-                    (op, at) = (frame.op, frame.at);
-                    stack.0.pop();
-                }
-            }
+                Op::AtEnd => (at == text.len() || &text[at..] == "\n").then_some((op + 1, at)),
+            };
+            let Some(to) = next.or_else(|| stack.back(text, base)) else { return Found::Nothing };
+            (op, at) = to;
         }
+    }
+}
+
+impl Stack {
+    /// The last other way: where to go on with it. None above `base`.
+    fn back(&mut self, text: &str, base: usize) -> Option<(usize, usize)> {
+        if self.0.len() == base {
+            return None;
+        }
+        let frame = self.0.last_mut()?;
+        if frame.at <= frame.shortest {
+            return self.0.pop().map(|frame| (frame.op, frame.at));
+        }
+        // a repetition gives one character back
+        let mut back = frame.at - 1;
+        while !text.is_char_boundary(back) {
+            back -= 1;
+        }
+        frame.at = back;
+        let to = (frame.op, back);
+        if back == frame.shortest {
+            self.0.pop();
+        }
+        Some(to)
+    }
+}
+
+enum Many {
+    /// as few as must be, as many as can be
+    To {
+        shortest: usize,
+        longest: usize,
+    },
+    No,
+    Unknown,
+}
+
+/// Characters of a class, at least and at most so many.
+#[inline]
+fn many(class: &Class, text: &str, mut at: usize, (least, most): (u32, u32), steps: &mut usize) -> Many {
+    let (mut count, mut shortest) = (0, at);
+    if least <= 1 {
+        // ASCII in a row, the rest below
+        let longest = text.len().min(at.saturating_add(most as usize));
+        let run = text.as_bytes()[at..longest].iter();
+        let run = run.take_while(|&&b| b < 128 && class.ascii >> b & 1 != 0).count();
+        (count, at) = (run as u32, at + run);
+        shortest += (least as usize).min(run);
+    }
+    while count < most {
+        match step(class, text, at) {
+            Step::To(next) => at = next,
+            Step::No => break,
+            Step::Unknown => return Many::Unknown,
+        }
+        count += 1;
+        if count == least {
+            shortest = at;
+        }
+    }
+    *steps = steps.saturating_sub(count as usize / 8);
+    if count < least {
+        Many::No
+    } else {
+        Many::To { shortest, longest: at }
     }
 }
 

@@ -12,8 +12,6 @@ use std::collections::BTreeMap;
 const FEW: f64 = 100.0;
 /// Sources that move so many times as often as others are of another pace.
 const FASTER: f64 = 8.0;
-/// Those that are slower must be worth it: so large a share of the unknowns of those that are fastest.
-const SHARE: f64 = 0.5;
 
 impl System {
     /// Unknowns by the pace of what drives them, slowest first, where a run gains from giving each pace steps of its own: parts that
@@ -44,17 +42,18 @@ impl System {
         let groups: Vec<Vec<usize>> = groups.into_values().collect();
         let (fastest, slower) = groups.split_last()?;
         let slow: usize = slower.iter().map(Vec::len).sum();
-        (slow > 0 && slow as f64 >= SHARE * fastest.len() as f64).then_some(groups)
+        // those that are slower must be worth it: so large a share of the unknowns of those that are fastest
+        (slow > 0 && slow as f64 >= 0.5 * fastest.len() as f64).then_some(groups)
     }
 
     /// Of every unknown the first one of its part; rows, with the sources that they or conditions in their part read.
     fn parts_of(&self, g: &Graph) -> (Vec<usize>, Vec<(usize, usize)>) {
         let mut parts = Islands::new(self.n + self.flags.len());
-        let mut heard: Vec<(usize, usize)> = self.f_wave.iter().map(|&(row, wave, _)| (row, wave)).collect();
+        let mut heard: Vec<(usize, usize)> = self.constant.f_wave.iter().map(|&(row, wave, _)| (row, wave)).collect();
         for col in 0..self.n {
             self.pattern.column(col).iter().for_each(|&row| parts.join(row, col));
         }
-        let rows = self.rows.iter().flatten().map(|&(row, e)| (row, vec![e]));
+        let rows = self.expressions.rows.iter().flatten().map(|&(row, e)| (row, vec![e]));
         let flags = self.flags.iter().enumerate().map(|(k, flag)| (self.n + k, vec![flag.up, flag.down]));
         for (at, expressions) in rows.chain(flags) {
             for id in g.reachable(&expressions) {
@@ -73,6 +72,23 @@ impl System {
         heard.retain(|&(at, _)| at < self.n);
         ((0..self.n).map(|k| first[of[k]]).collect(), heard)
     }
+}
+
+/// Which of so many sources expressions read, or rows of these entries.
+pub(super) fn heard<'a>(
+    g: &Graph,
+    expressions: &[Id],
+    entries: impl Iterator<Item = &'a (usize, usize, f64)>,
+    sources: usize,
+) -> Vec<bool> {
+    let mut heard = vec![false; sources];
+    entries.for_each(|&(_, k, _)| heard[k] = true);
+    for id in g.reachable(expressions) {
+        if let Node::Wave(k) = g.node(id) {
+            heard[k as usize] = true;
+        }
+    }
+    heard
 }
 
 /// How often a source moves in a run: its periods, or its corners.
@@ -141,13 +157,7 @@ impl Model {
         // corners of sources that it does not read are none of its own
         let conditions = self.flags.iter().flat_map(|flag| [flag.up, flag.down]);
         let read: Vec<Id> = self.f.values().chain(self.q.values()).copied().chain(conditions).collect();
-        let mut heard = vec![false; self.waves.len()];
-        self.f_wave.iter().for_each(|&(_, k, _)| heard[k] = true);
-        for id in g.reachable(&read) {
-            if let Node::Wave(k) = g.node(id) {
-                heard[k as usize] = true;
-            }
-        }
+        let heard = heard(g, &read, self.f_wave.iter(), self.waves.len());
         for (wave, _) in self.waves.iter_mut().zip(&heard).filter(|(_, &heard)| !heard) {
             *wave = Wave::guest();
         }

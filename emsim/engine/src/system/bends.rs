@@ -3,16 +3,20 @@ use super::devices::{ends, Instance};
 use super::{System, Work};
 use crate::devices::class::{across, Line, Near, Seat};
 
-/// A current is that of a straight line to so much of itself, or of this [A].
-const FITS: f64 = 1e-3;
+/// A current is that of a straight line to a share of itself, or to this [A]: less is nothing that anything hangs on.
 const SMALL_CURRENT: f64 = 1e-9;
 /// An exponential's straight line is good for so much of what its current is bent on: an eighth of a percent of the current
 /// is missed at a twentieth, 3 % at a quarter.
 const STRAIGHT: f64 = 0.25;
-/// A row's own entry alone overrates what is left where others move with it; simplified Newton has to be able to get below it.
-const MOST_BEHIND: f64 = 1e4;
 /// The least that 1 - theta is taken for.
 const NOTHING_LEFT: f64 = 1e-12;
+
+/// What bends in devices.
+#[derive(Default)]
+pub struct Bends {
+    bent: Vec<Bend>,  // voltages that exponentials hang on
+    gates: Vec<Gate>, // branches
+}
 
 /// A port voltage that exponential currents hang on.
 pub struct Bend {
@@ -63,7 +67,7 @@ impl System {
             }
         }
         bends.retain(|bend: &Bend| bend.volts.is_finite());
-        (self.bent, self.gates) = (bends, gates);
+        self.bends = Bends { bent: bends, gates };
     }
 
     fn end(&self, seat: &Seat, node: i32, row: i32) -> End {
@@ -76,7 +80,7 @@ impl System {
 
     /// (the nodes, volts for a factor of e) of voltages that exponential currents hang on.
     pub fn exponential_ports(&self) -> impl Iterator<Item = ((i32, i32), f64)> + '_ {
-        self.bent.iter().map(|bend| (bend.nodes, bend.volts))
+        self.bends.bent.iter().map(|bend| (bend.nodes, bend.volts))
     }
 
     /// Nodes that devices have for themselves, behind their series resistances.
@@ -100,9 +104,7 @@ impl System {
     /// off by 0.4 V.)
     pub fn nodes_hold_devices(&self) -> bool {
         let by_source = self.alone();
-        let holds = |node: usize| {
-            by_source[node] || self.pattern.position(node, node).is_some_and(|own| self.c_linear[own] > 0.0)
-        };
+        let holds = |node: usize| by_source[node] || self.own_capacitance(node) > 0.0;
         self.devices.instances.iter().flat_map(|&i| self.terminals(i)).all(holds)
     }
 
@@ -116,7 +118,8 @@ impl System {
 
     /// `stage_expand` at the next iterate; true when all currents are those of the straight lines that led there.
     pub fn stage_expand_and_fit(&self, w: &mut Work, x: &[f64], t: f64, a: f64) -> bool {
-        self.stage_expand_near(w, x, t, a, Near { reltol: 0.0, vntol: 0.0, share: FITS, least: SMALL_CURRENT })
+        // a current is that of a straight line to so much of itself, or of this [A]
+        self.stage_expand_near(w, x, t, a, Near { reltol: 0.0, vntol: 0.0, share: 1e-3, least: SMALL_CURRENT })
     }
 
     /// Does a bend of this conductance carry a current that anything could hang on?
@@ -138,7 +141,7 @@ impl System {
     /// again.
     pub fn leaves_lines(&self, w: &Work, step: &[f64], x: &[f64]) -> bool {
         let mut line = Line::default();
-        self.bent.iter().any(|bend| {
+        self.bends.bent.iter().any(|bend| {
             across(step, bend.nodes.0, bend.nodes.1).abs() > STRAIGHT * bend.volts
                 && (bend.slopes.iter().any(|&s| self.conducts(w, bend, self.conductance(w, s).abs()))
                     || self.conducts_at(w, bend, x, &mut line))
@@ -156,7 +159,7 @@ impl System {
         states: impl Iterator<Item = &'a Vec<f64>> + Clone,
     ) -> bool {
         let mut line = Line::default();
-        self.bent.iter().any(|bend| {
+        self.bends.bent.iter().any(|bend| {
             let by: f64 = ends(bend.nodes).map(|(k, _)| moved[k]).sum();
             further * by > STRAIGHT * bend.volts
                 && (bend.slopes.iter().any(|&s| slopes.get(s).is_some_and(|&(g, _)| self.conducts(w, bend, g.abs())))
@@ -170,7 +173,7 @@ impl System {
     /// turned off, and every update for a conducting one is a small part of what is missing.
     pub fn left_behind(&self, w: &Work, slopes: &[(f64, f64)], a: f64, matrix: &[f64], x: &[f64]) -> f64 {
         let (mut worst, mut line, mut there) = (0.0_f64, Line::default(), None);
-        for gate in &self.gates {
+        for gate in &self.bends.gates {
             let Some(&(g, c)) = slopes.get(gate.slope) else { break };
             let (i, place) = gate.place;
             if there.replace(i) != Some(i) {
@@ -197,7 +200,7 @@ impl System {
 
     /// Do expressions have exponentials of unknowns?
     pub fn bends(&self) -> bool {
-        self.exponential && !self.yielding.is_empty()
+        self.expressions.exponential && !self.expressions.yielding.is_empty()
     }
 
     /// Can a conductance change by more than its own size within a step: are there devices, or exponentials in expressions?
@@ -207,7 +210,7 @@ impl System {
 
     /// Can the own conductance of a node, or what else an exponential makes, fall by orders of magnitude?
     pub fn yields(&self) -> bool {
-        !self.yielding.is_empty()
+        !self.expressions.yielding.is_empty()
     }
 
     /// `left_behind` of expressions, exponentials of anything or conductances of nodes (a wiper that leaves its end): theta from the rows' own entries, of the matrix (`gv`, `cv`) that the
@@ -218,7 +221,9 @@ impl System {
             let held = gv[k] + a * cv[k];
             (held - (w.gv[k] + a * w.cv[k])) / held
         };
-        let worst = self.yielding.iter().map(theta).fold(0.0, f64::max);
-        (worst / (1.0 - worst).max(NOTHING_LEFT)).min(MOST_BEHIND)
+        let worst = self.expressions.yielding.iter().map(theta).fold(0.0, f64::max);
+        // a row's own entry alone overrates what is left where others move with it; simplified Newton has to be able to
+        // get below it
+        (worst / (1.0 - worst).max(NOTHING_LEFT)).min(1e4)
     }
 }

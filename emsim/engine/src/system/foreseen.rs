@@ -16,17 +16,12 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 /// A cell with more than this part of a term's range is halved, ...
 const COARSE: f64 = 0.25;
-/// ... one with less than this part is at rest.
-const STILL: f64 = 0.01;
 /// Values that differ by less, in parts of them, are one.
 const STANDS: f64 = 1e-12;
 /// Cells of all terms together at most, but so many of each. Beyond, what a cell looks like in its middle is taken for all of it.
 const CELLS: usize = 4096;
-const LEAST: usize = 64;
 /// Cells shorter than this part of the run are not halved: a jump, a pole.
 const SHORTEST: f64 = 1e-13;
-/// Steps from a cell that moves may go on by so many of its lengths: the method knows the pace by then.
-const ONWARD: f64 = 4.0;
 
 /// Terms, as programs for intervals.
 #[derive(Default)]
@@ -86,7 +81,7 @@ impl Foreseen {
         if self.terms.is_empty() {
             return None;
         }
-        let most = (CELLS / self.terms.len()).max(LEAST);
+        let most = (CELLS / self.terms.len()).max(64);
         Some(Ahead { cells: self.terms.iter().map(|p| moving(p, waves, tstop, most)).collect() })
     }
 }
@@ -101,7 +96,8 @@ impl Ahead {
                 if c.start > t + h {
                     break;
                 }
-                h = h.min(if c.start > t { c.start - t + c.pace } else { ONWARD * c.pace });
+                // steps from a cell that moves may go on by so many of its lengths: the method knows the pace by then
+                h = h.min(if c.start > t { c.start - t + c.pace } else { 4.0 * c.pace });
             }
         }
         h
@@ -172,7 +168,8 @@ fn moving(p: &Program, waves: &[Wave], tstop: f64, most: usize) -> Vec<Cell> {
         return Vec::new();
     }
     done.extend(heap);
-    let moves = |c: &Piece| c.change > STILL * extent && c.change > 0.0 && c.end - c.start >= SHORTEST * tstop;
+    // a piece with less than this part is at rest
+    let moves = |c: &Piece| c.change > 0.01 * extent && c.change > 0.0 && c.end - c.start >= SHORTEST * tstop;
     let mut cells: Vec<Cell> = Vec::new();
     for c in done.iter().filter(|c| moves(c)) {
         // cells that were too many: the pace in the middle

@@ -5,14 +5,6 @@ use crate::graph::Graph;
 use crate::sparse::Recurring;
 use crate::tape::{Inputs, Leaf, Signed, Tape, Value, Written};
 
-/// Entries of both matrices above which a program is not written: its code would not stay in the processor's cache.
-const LARGEST: usize = 1500;
-
-/// ... with expressions.
-const LARGEST_WHOLE: usize = 3000;
-/// To write that takes as long as so many times what others take.
-const DEARER: u64 = 4;
-
 /// The programs, and how often their values were asked for.
 #[derive(Default)]
 pub struct Linear {
@@ -29,7 +21,7 @@ impl System {
     pub(super) fn eval_linear(&self, w: &mut Work, x: &[f64]) {
         let Linear { evaluations, program, values, .. } = &mut w.linear;
         *evaluations += 1;
-        if let Some(program) = program.shared(*evaluations, &self.linear_program, || self.written_linear()) {
+        if let Some(program) = program.shared(*evaluations, &self.made.linear_program, || self.written_linear()) {
             values.resize(2 * self.n, 0.0);
             program.run(&Inputs { x, t: 0.0, waves: &w.waves, flags: &[] }, values);
             let (f, q) = values.split_at(self.n);
@@ -37,9 +29,9 @@ impl System {
             w.q.copy_from_slice(q);
             return;
         }
-        self.g_rows.times(&self.g_rows.value, x, |row, v| w.f[row] = v);
-        self.c_rows.times(&self.c_rows.value, x, |row, v| w.q[row] = v);
-        for &(row, k, coefficient) in &self.f_wave {
+        self.constant.g_rows.times(&self.constant.g_rows.value, x, |row, v| w.f[row] = v);
+        self.constant.c_rows.times(&self.constant.c_rows.value, x, |row, v| w.q[row] = v);
+        for &(row, k, coefficient) in &self.constant.f_wave {
             w.f[row] += coefficient * w.waves[k];
         }
     }
@@ -69,7 +61,8 @@ impl System {
     fn ask_for_whole(&self, w: &mut Work) {
         let Linear { rows: count, whole, .. } = &mut w.linear;
         *count += 1;
-        whole.shared(*count / DEARER, &self.whole_program, || self.written(&self.values));
+        // to write that takes as long as so many times what others take
+        whole.shared(*count / 4, &self.made.whole_program, || self.written(&self.expressions.values));
     }
 
     /// What `eval_linear` does row by row, operation by operation the same.
@@ -79,11 +72,13 @@ impl System {
 
     /// The same, and `values` added to the rows of expressions.
     fn written(&self, values: &Tape) -> Option<Tape> {
-        let parts = [&self.g_rows, &self.c_rows].map(|rows| rows.terms().collect::<Vec<_>>());
-        if parts.iter().map(Vec::len).sum::<usize>() > LARGEST || values.len() > LARGEST_WHOLE {
+        let parts = [&self.constant.g_rows, &self.constant.c_rows].map(|rows| rows.terms().collect::<Vec<_>>());
+        // longer code, by entries of both matrices or operations of expressions, would not stay in the processor's
+        // cache
+        if parts.iter().map(Vec::len).sum::<usize>() > 1500 || values.len() > 3000 {
             return None;
         }
-        let constants = parts.iter().flatten().map(|term| term.2).chain(self.f_wave.iter().map(|f| f.2));
+        let constants = parts.iter().flatten().map(|term| term.2).chain(self.constant.f_wave.iter().map(|f| f.2));
         let constants: Vec<f64> = std::iter::once(0.0).chain(constants).collect();
         let (mut program, constants, outputs) = Written::after(values, &constants);
         let p = &mut program;
@@ -105,12 +100,13 @@ impl System {
                 add(p, part * self.n + row, factor, value);
             }
         }
-        for &(row, k, factor) in &self.f_wave {
+        for &(row, k, factor) in &self.constant.f_wave {
             let wave = p.leaf(Leaf::Wave(k));
             add(p, row, factor, wave.into());
         }
         let mut results: Vec<Value> = sums.iter().map(|sum| sum.map_or(zero, |sum| p.plain(sum))).collect();
-        let rows = self.f_rows.iter().copied().chain(self.q_rows.iter().map(|row| self.n + row));
+        let rows =
+            self.expressions.f_rows.iter().copied().chain(self.expressions.q_rows.iter().map(|row| self.n + row));
         for (row, value) in rows.zip(outputs) {
             results[row] = p.add(results[row], value);
         }
@@ -119,7 +115,7 @@ impl System {
 
     #[inline]
     pub fn subtract_waves(&self, w: &Work, out: &mut [f64]) {
-        for &(row, k, coefficient) in &self.f_wave {
+        for &(row, k, coefficient) in &self.constant.f_wave {
             out[row] -= coefficient * w.waves[k];
         }
     }
@@ -129,12 +125,12 @@ impl System {
     pub fn sizes(&self, w: &Work, a: f64, [x, q]: [&[f64]; 2], sizes: &mut [f64]) {
         self.terms(x, sizes);
         let mut stored = vec![0.0; self.n];
-        self.c_rows.sizes(x, |row, size| stored[row] = size);
+        self.constant.c_rows.sizes(x, |row, size| stored[row] = size);
         let t = if w.wave_time.is_finite() { w.wave_time } else { 0.0 };
-        let found = self.values.sizes(&Inputs { x, t, waves: &w.waves, flags: &w.flags });
-        let (of_f, of_q) = found.split_at(self.f_rows.len());
-        self.f_rows.iter().zip(of_f).for_each(|(&row, size)| sizes[row] += size);
-        self.q_rows.iter().zip(of_q).for_each(|(&row, size)| stored[row] += size);
+        let found = self.expressions.values.sizes(&Inputs { x, t, waves: &w.waves, flags: &w.flags });
+        let (of_f, of_q) = found.split_at(self.expressions.f_rows.len());
+        self.expressions.f_rows.iter().zip(of_f).for_each(|(&row, size)| sizes[row] += size);
+        self.expressions.q_rows.iter().zip(of_q).for_each(|(&row, size)| stored[row] += size);
         for (size, (stored, q)) in sizes.iter_mut().zip(stored.iter().zip(q)) {
             *size += a.abs() * stored.max(q.abs());
         }
@@ -142,7 +138,7 @@ impl System {
 
     #[inline]
     pub fn add_waves(&self, w: &Work, out: &mut [f64]) {
-        for &(row, k, coefficient) in &self.f_wave {
+        for &(row, k, coefficient) in &self.constant.f_wave {
             out[row] += coefficient * w.waves[k];
         }
     }
@@ -151,6 +147,6 @@ impl System {
     #[inline]
     pub fn charges_of(&self, x: &[f64], q: &mut [f64]) {
         assert!(q.len() == self.n);
-        self.c_rows.times(&self.c_rows.value, x, |row, v| q[row] = v);
+        self.constant.c_rows.times(&self.constant.c_rows.value, x, |row, v| q[row] = v);
     }
 }

@@ -38,7 +38,7 @@ impl Prepared {
 impl System {
     /// What a run is to integrate: the equations of a lower index, compiled, or these. The first to ask gets them.
     pub fn integrable(self: &Arc<System>, g: &mut Graph) -> Result<Arc<System>, String> {
-        let laid_by = self.lowered.lock().map_err(|_| "a run of these equations broke off")?.take();
+        let laid_by = self.made.lowered.lock().map_err(|_| "a run of these equations broke off")?.take();
         let Some(prepared) = laid_by else { return Ok(self.clone()) };
         let mut system = System::finish(*prepared, g)?;
         system.whole = Some(self.clone());

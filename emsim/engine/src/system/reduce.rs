@@ -7,7 +7,7 @@ use crate::reduced::{Reduced, Source};
 impl System {
     /// Compiles the equations as an explicit ODE, once; for methods that need it.
     pub fn reduce(&self, g: &mut Graph) {
-        self.reduced.get_or_init(|| {
+        self.made.reduced.get_or_init(|| {
             if self.laws.list.iter().any(|law| law.form == Form::Corner) {
                 return Err("rigid stops hold positions only while they are closed".into());
             }
@@ -23,14 +23,14 @@ impl System {
             if !self.clocked.is_empty() {
                 return Err("there are clocks".into());
             }
-            let [f, q] = self.rows.clone();
+            let [f, q] = self.expressions.rows.clone();
             let source = Source {
                 unknowns: &self.unknowns,
                 f,
                 q,
-                g: self.g_rows.entries().collect(),
-                c: self.c_rows.entries().collect(),
-                f_wave: &self.f_wave,
+                g: self.constant.g_rows.entries().collect(),
+                c: self.constant.c_rows.entries().collect(),
+                f_wave: &self.constant.f_wave,
                 classes: self.devices.classes.iter().map(|c| c.class.clone()).collect(),
                 waves: self.waves.len(),
                 flags: self.flags.len(),
@@ -42,7 +42,7 @@ impl System {
 
     /// What `reduce` made, or why the equations are no explicit ODE.
     pub fn reduced(&self) -> Result<&Reduced, &str> {
-        match self.reduced.get() {
+        match self.made.reduced.get() {
             Some(Ok(reduced)) => Ok(reduced),
             Some(Err(why)) => Err(why),
             None => Err("its equations were not prepared"),

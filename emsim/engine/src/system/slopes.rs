@@ -12,14 +12,14 @@ impl System {
     /// An unknown that follows from a source's second derivative, row by row: each row in which all is known but one
     /// unknown gives that one, and a row with d/dt gives it from slopes.
     pub fn second_slope(&self) -> Option<usize> {
-        *self.second.get_or_init(|| self.find_second_slope().or(self.twice_bent))
+        *self.made.second.get_or_init(|| self.find_second_slope().or(self.twice_bent))
     }
 
     fn find_second_slope(&self) -> Option<usize> {
         let (mut plain, mut slopes) = (vec![Vec::new(); self.n], vec![Vec::new(); self.n]);
         let mut readers = vec![Vec::new(); self.n];
         let mut expression = vec![[false; 2]; self.pattern.rowidx.len()];
-        for (slots, which) in [(&self.g_slots, 0), (&self.c_slots, 1)] {
+        for (slots, which) in [(&self.expressions.g_slots, 0), (&self.expressions.c_slots, 1)] {
             slots.iter().for_each(|&k| expression[k][which] = true);
         }
         for slope in &self.devices.slopes {
@@ -31,7 +31,7 @@ impl System {
         for c in 0..self.n {
             for k in self.pattern.colptr[c]..self.pattern.colptr[c + 1] {
                 let r = self.pattern.rowidx[k];
-                let reads = [self.g_linear[k] != 0.0, self.c_linear[k] != 0.0];
+                let reads = [self.constant.g[k] != 0.0, self.constant.c[k] != 0.0];
                 if reads[0] || expression[k][0] {
                     plain[r].push(c);
                 }
@@ -43,10 +43,10 @@ impl System {
         }
         // what time itself does in a row
         let mut own = vec![STILL; self.n];
-        for &r in &self.f_rows {
+        for &r in &self.expressions.f_rows {
             own[r] = 0;
         }
-        for &(r, k, _) in &self.f_wave {
+        for &(r, k, _) in &self.constant.f_wave {
             if !self.waves[k].still() {
                 own[r] = own[r].max(i32::from(self.slopes.iter().any(|s| s.1 == k)));
             }

@@ -8,6 +8,7 @@
 //! A speed v that the circuit reads moves with the circuit's own impulses, at once and by the machine's inertia alone: the
 //! guest is  v = g(t) + sum_j a_j I_j,  I_j the integral of what the machine reads, an unknown of the circuit,  a_j the
 //! speed by a unit impulse and g the rest, which is smooth.
+use super::apart::heard;
 use super::{FlagSpec, Kind, Model, System, Unknown};
 use crate::derive::{depends, gradient, substitute};
 use crate::graph::{Graph, Id, Node};
@@ -35,11 +36,11 @@ pub struct Parts {
 impl System {
     /// Shares the equations out, once; for the method that needs it.
     pub fn split(&self, g: &mut Graph) {
-        self.parts.get_or_init(|| Splitter::new(self, g).split(g).map(Box::new));
+        self.made.parts.get_or_init(|| Splitter::new(self, g).split(g).map(Box::new));
     }
 
     pub fn parts(&self) -> Result<&Parts, &str> {
-        match self.parts.get() {
+        match self.made.parts.get() {
             Some(Ok(parts)) => Ok(parts),
             Some(Err(why)) => Err(why),
             None => Err("its equations were not shared out"),
@@ -58,7 +59,7 @@ struct Splitter<'a> {
 
 impl<'a> Splitter<'a> {
     fn new(sys: &'a System, g: &mut Graph) -> Splitter<'a> {
-        let [f, q] = sys.rows.clone();
+        let [f, q] = sys.expressions.rows.clone();
         let (f, q): (BTreeMap<_, _>, BTreeMap<_, _>) = (f.into_iter().collect(), q.into_iter().collect());
         let leaves: Vec<Id> = (0..sys.n).map(|i| g.unknown(i as u32)).collect();
         // integrals in expressions are coordinates without a unit
@@ -103,7 +104,7 @@ impl<'a> Splitter<'a> {
     /// Does the machine stand to the circuit as a motor does?
     fn check(&self, g: &mut Graph) -> Result<(), String> {
         let name = |i: usize| &self.sys.unknowns[i].name;
-        let c_foreign = self.sys.c_rows.entries().find(|&(r, c, _)| self.slow[r] && !self.slow[c]);
+        let c_foreign = self.sys.constant.c_rows.entries().find(|&(r, c, _)| self.slow[r] && !self.slow[c]);
         if let Some((r, c, _)) = c_foreign {
             return Err(format!("the momentum of {} contains {}", name(r), name(c)));
         }
@@ -143,7 +144,7 @@ impl<'a> Splitter<'a> {
 
     /// What a part reads of the other one.
     fn foreign(&self, g: &Graph, slow: bool) -> Vec<usize> {
-        let entries = self.sys.g_rows.entries().chain(self.sys.c_rows.entries());
+        let entries = self.sys.constant.g_rows.entries().chain(self.sys.constant.c_rows.entries());
         let mut foreign: Vec<usize> = entries.filter(|e| self.slow[e.0] == slow).map(|e| e.1).collect();
         for e in self.expressions(slow) {
             foreign.extend(g.unknowns(&[e]));
@@ -184,15 +185,7 @@ impl<'a> Splitter<'a> {
             .map(|i| (self.leaves[i], if mine(i) { g.unknown(self.place[i] as u32) } else { leaf[guest(i)] }))
             .collect();
         // corners of sources that this part does not read are none of its own
-        let mut heard = vec![false; first];
-        for id in g.reachable(&expressions) {
-            if let Node::Wave(k) = g.node(id) {
-                heard[k as usize] = true;
-            }
-        }
-        for &(_, k, _) in sys.f_wave.iter().filter(|e| mine(e.0)) {
-            heard[k] = true;
-        }
+        let heard = heard(g, &expressions, sys.constant.f_wave.iter().filter(|e| mine(e.0)), first);
         let own = sys.waves.iter().zip(&heard).map(|(v, &heard)| if heard { v.clone() } else { Wave::guest() });
         let mut model = Model {
             unknowns: of.iter().map(|&i| sys.unknowns[i].clone()).collect(),
@@ -205,7 +198,7 @@ impl<'a> Splitter<'a> {
             }
         }
         for (entries, own, terms) in
-            [(&sys.g_rows, &mut model.g, &mut model.f), (&sys.c_rows, &mut model.c, &mut model.q)]
+            [(&sys.constant.g_rows, &mut model.g, &mut model.f), (&sys.constant.c_rows, &mut model.c, &mut model.q)]
         {
             for (r, c, v) in entries.entries().filter(|e| mine(e.0)) {
                 if mine(c) {
@@ -228,7 +221,7 @@ impl<'a> Splitter<'a> {
                 model.g.push((integrals + j, self.place[i], -1.0));
             }
         }
-        for &(r, k, v) in sys.f_wave.iter().filter(|&&(r, _, _)| mine(r)) {
+        for &(r, k, v) in sys.constant.f_wave.iter().filter(|&&(r, _, _)| mine(r)) {
             model.f_wave.push((self.place[r], k, v));
         }
         if !slow {
@@ -236,8 +229,7 @@ impl<'a> Splitter<'a> {
             model.classes.extend(sys.devices.classes.iter().map(|c| c.class.moved(&place)));
             for f in &sys.flags {
                 let roots = substitute(g, &[f.up, f.down], &map);
-                let (up, down) = (roots[0], roots[1]);
-                model.flags.push(FlagSpec { up, down, ..f.clone() });
+                model.flags.push(FlagSpec { up: roots[0], down: roots[1], ..f.clone() });
             }
         }
         let system = System::compile(model, g)?;

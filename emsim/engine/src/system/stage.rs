@@ -102,22 +102,22 @@ impl System {
     /// Constant parts of a stage: of its residual in `rows`, of its matrix on the pattern in `base`.
     pub fn stage_constants(&self, a: f64, rows: &mut Vec<f64>, base: &mut Vec<f64>) {
         rows.clear();
-        rows.extend(self.stage_g.value.iter().zip(&self.stage_c.value).map(|(g, c)| g + a * c));
+        rows.extend(self.constant.stage_g.value.iter().zip(&self.constant.stage_c.value).map(|(g, c)| g + a * c));
         base.clear();
-        base.extend(self.g_linear.iter().zip(&self.c_linear).map(|(g, c)| g + a * c));
+        base.extend(self.constant.g.iter().zip(&self.constant.c).map(|(g, c)| g + a * c));
     }
 
     /// out = -(F + a Q + r) at x, with `rows` of `stage_constants` and what was expanded at x.
     pub fn stage_residual(&self, w: &Work, a: f64, rows: &[f64], r: &[f64], x: &[f64], out: &mut [f64]) {
         assert!(out.len() == self.n && r.len() == self.n);
-        self.stage_g.times(rows, x, |row, v| out[row] = -(v + r[row]));
+        self.constant.stage_g.times(rows, x, |row, v| out[row] = -(v + r[row]));
         self.subtract_waves(w, out);
-        let nf = self.f_rows.len();
-        for (k, &row) in self.f_rows.iter().enumerate() {
-            out[row] -= self.jacobian.output(&w.jacobian, k);
+        let nf = self.expressions.f_rows.len();
+        for (k, &row) in self.expressions.f_rows.iter().enumerate() {
+            out[row] -= self.expressions.jacobian.output(&w.jacobian, k);
         }
-        for (k, &row) in self.q_rows.iter().enumerate() {
-            out[row] -= a * self.jacobian.output(&w.jacobian, nf + k);
+        for (k, &row) in self.expressions.q_rows.iter().enumerate() {
+            out[row] -= a * self.expressions.jacobian.output(&w.jacobian, nf + k);
         }
         self.subtract_currents(w, out);
     }
@@ -126,10 +126,10 @@ impl System {
     pub fn stage_sources(&self, w: &Work, a: f64, sources: &mut Vec<f64>) {
         sources.clear();
         sources.extend(self.devices.slopes.iter().map(|s| w.lines[s.stage]));
-        let first = self.f_rows.len() + self.q_rows.len();
-        let (ng, nc) = (self.g_slots.len(), self.c_slots.len());
-        sources.extend((first..first + ng).map(|k| self.jacobian.output(&w.jacobian, k)));
-        sources.extend((first + ng..first + ng + nc).map(|k| a * self.jacobian.output(&w.jacobian, k)));
+        let first = self.expressions.f_rows.len() + self.expressions.q_rows.len();
+        let (ng, nc) = (self.expressions.g_slots.len(), self.expressions.c_slots.len());
+        sources.extend((first..first + ng).map(|k| self.expressions.jacobian.output(&w.jacobian, k)));
+        sources.extend((first + ng..first + ng + nc).map(|k| a * self.expressions.jacobian.output(&w.jacobian, k)));
     }
 
     /// Which entries of the matrix of a stage change from iterate to iterate.
@@ -140,9 +140,9 @@ impl System {
     /// Q(x) to first order about the point x - step that was expanded; about x itself where `step` is None.
     pub fn stage_charges(&self, w: &Work, x: &[f64], step: Option<&[f64]>, q: &mut [f64]) {
         self.charges_of(x, q);
-        let first = self.f_rows.len();
-        for (k, &row) in self.q_rows.iter().enumerate() {
-            q[row] += self.jacobian.output(&w.jacobian, first + k);
+        let first = self.expressions.f_rows.len();
+        for (k, &row) in self.expressions.q_rows.iter().enumerate() {
+            q[row] += self.expressions.jacobian.output(&w.jacobian, first + k);
         }
         if let Some(step) = step {
             self.add_expression_c(w, step, q);
@@ -159,8 +159,8 @@ impl System {
     /// what `stage_constants`, `stage_residual` and the stamps come to.
     pub fn stage_equations(&self) -> Equations {
         let (n, block) = (self.n, whole(self.n));
-        let coefficients = self.f_wave.iter().map(|f| &f.2);
-        let parts = [&self.g_linear, &self.c_linear, &self.stage_g.value, &self.stage_c.value];
+        let coefficients = self.constant.f_wave.iter().map(|f| &f.2);
+        let parts = [&self.constant.g, &self.constant.c, &self.constant.stage_g.value, &self.constant.stage_c.value];
         let constants = [0.0, 1.0].iter().chain(parts.into_iter().flatten()).chain(coefficients);
         let (mut program, values) = Written::new(&constants.copied().collect::<Vec<_>>());
         let p = &mut program;
@@ -171,7 +171,7 @@ impl System {
             these
         };
         let [g, c, own_g, own_c] = parts.map(|part| next(part.len()));
-        let coefficients = next(self.f_wave.len());
+        let coefficients = next(self.constant.f_wave.len());
         let a = p.leaf(Leaf::Time);
         let x: Vec<Value> = (0..n).map(|i| p.leaf(Leaf::X(i))).collect();
         // g + a c, where it is not zero
@@ -184,11 +184,11 @@ impl System {
         };
         // constant derivatives of expressions are in the matrix alone
         let (mut matrix, mut sums) = (vec![None; g.len()], vec![None; n]);
-        for (k, (row, col, g_size, from)) in self.stage_g.terms().enumerate() {
+        for (k, (row, col, g_size, from)) in self.constant.stage_g.terms().enumerate() {
             let (c_size, place) =
-                (self.stage_c.value[k], self.pattern.position(row, col).expect("part of the pattern"));
+                (self.constant.stage_c.value[k], self.pattern.position(row, col).expect("part of the pattern"));
             let Some(entry) = sum(p, (own_g[k], g_size), (own_c[k], c_size)) else { continue };
-            if (g_size, c_size) == (self.g_linear[place], self.c_linear[place]) {
+            if (g_size, c_size) == (self.constant.g[place], self.constant.c[place]) {
                 matrix[place] = Some(entry);
             }
             let factor = p.difference(x[col], from.map(|from| x[from]));
@@ -197,7 +197,7 @@ impl System {
         }
         let mut matrix: Vec<Value> = (matrix.iter().enumerate())
             .map(|(k, entry)| {
-                let (g, c) = ((g[k], self.g_linear[k]), (c[k], self.c_linear[k]));
+                let (g, c) = ((g[k], self.constant.g[k]), (c[k], self.constant.c[k]));
                 entry.or_else(|| sum(p, g, c)).unwrap_or(zero)
             })
             .collect();
@@ -208,13 +208,19 @@ impl System {
                 p.less(zero, sum)
             })
             .collect();
-        for (&(row, wave, _), &coefficient) in self.f_wave.iter().zip(coefficients) {
+        for (&(row, wave, _), &coefficient) in self.constant.f_wave.iter().zip(coefficients) {
             let value = p.leaf(Leaf::X(2 * block + wave));
             let product = p.mul(coefficient, value);
             b[row] = p.sub(b[row], product);
         }
+        self.add_expanded(p, [zero, a], &mut matrix, &mut b);
+        Equations { program, zero, one, matrix, b }
+    }
+
+    /// What was expanded comes into matrix and right-hand side: expressions and devices. With the values of 0 and a.
+    fn add_expanded(&self, p: &mut Written, [zero, a]: [Value; 2], matrix: &mut [Value], b: &mut [Value]) {
         // outputs of the expressions: F rows, Q rows, then entries of G and of C
-        let mut outputs = self.jacobian.part_places(0).iter();
+        let mut outputs = self.expressions.jacobian.part_places(0).iter();
         let mut output = |p: &mut Written, stored: bool| {
             let value = outputs.next().map_or(zero, |&slot| p.leaf(Leaf::Wave(slot as usize)));
             if stored {
@@ -223,7 +229,7 @@ impl System {
                 value
             }
         };
-        for (&row, stored) in with(&self.f_rows, false).chain(with(&self.q_rows, true)) {
+        for (&row, stored) in with(&self.expressions.f_rows, false).chain(with(&self.expressions.q_rows, true)) {
             let value = output(p, stored);
             b[row] = p.sub(b[row], value);
         }
@@ -239,11 +245,10 @@ impl System {
                 matrix[k] = if sign > 0.0 { p.add(matrix[k], conductance) } else { p.sub(matrix[k], conductance) };
             }
         }
-        for (&k, stored) in with(&self.g_slots, false).chain(with(&self.c_slots, true)) {
+        for (&k, stored) in with(&self.expressions.g_slots, false).chain(with(&self.expressions.c_slots, true)) {
             let value = output(p, stored);
             matrix[k] = p.add(matrix[k], value);
         }
-        Equations { program, zero, one, matrix, b }
     }
 
     /// Q at x as `stage_charges` has it; None where expressions store charge.
@@ -279,10 +284,10 @@ impl System {
         held: impl Fn(&mut Written, &Current) -> Option<Value>,
         more: impl Fn(&mut Written, Value, Value, &Slope) -> Value,
     ) -> Option<(Written, [Value; 2], Vec<Option<Signed>>)> {
-        if !self.q_rows.is_empty() || !self.expression_c.is_empty() {
+        if !self.expressions.q_rows.is_empty() || !self.expressions.constant_c.is_empty() {
             return None;
         }
-        let entries: Vec<_> = self.c_rows.terms().collect();
+        let entries: Vec<_> = self.constant.c_rows.terms().collect();
         let constants: Vec<f64> = std::iter::once(0.0).chain(entries.iter().map(|e| e.2)).collect();
         let (mut program, values) = Written::new(&constants);
         let p = &mut program;

@@ -6,9 +6,6 @@ use crate::model::{Kind, Law};
 use crate::tape::Inputs;
 use crate::waves::Wave;
 
-/// An operand that has moved by less than this part of what is added up in it has not jumped.
-const SLIDES: f64 = 1e-6;
-
 impl System {
     /// What the flags ask for at (x, t): positive where one is to turn, and continuous, so that its place can be found. Flags
     /// that sources alone decide (edges.rs) ask for nothing here.
@@ -56,12 +53,12 @@ impl System {
             _ => 0.0,
         };
         let least: Vec<f64> = atol.iter().enumerate().map(moves).collect();
-        let mut slots = self.sizes.workspace();
+        let mut slots = self.conditions.sizes.workspace();
         w.standing.floor.fill(0.0);
         for (sign, x) in [(1.0, least), (-1.0, vec![0.0; self.n])] {
-            self.sizes.run(&Inputs { x: &x, t: 0.0, waves: &w.waves, flags: &w.flags }, &mut slots);
+            self.conditions.sizes.run(&Inputs { x: &x, t: 0.0, waves: &w.waves, flags: &w.flags }, &mut slots);
             for (k, floor) in w.standing.floor.iter_mut().enumerate() {
-                *floor += sign * self.sizes.output(&slots, k);
+                *floor += sign * self.conditions.sizes.output(&slots, k);
             }
         }
         w.standing.floor.iter_mut().for_each(|floor| *floor = if floor.is_finite() { floor.abs() } else { 0.0 });
@@ -79,9 +76,9 @@ impl System {
             return self.flag_size(w, k);
         }
         self.set_time(w, t);
-        let mut slots = self.sizes.workspace();
-        self.sizes.run(&Inputs { x: &scale.of, t, waves: &w.waves, flags: &w.flags }, &mut slots);
-        self.sizes.output(&slots, k).max(self.flag_size(w, k))
+        let mut slots = self.conditions.sizes.workspace();
+        self.conditions.sizes.run(&Inputs { x: &scale.of, t, waves: &w.waves, flags: &w.flags }, &mut slots);
+        self.conditions.sizes.output(&slots, k).max(self.flag_size(w, k))
     }
 
     pub fn eval_all_roots(&self, w: &mut Work, x: &[f64], t: f64, out: &mut [f64]) {
@@ -100,27 +97,27 @@ impl System {
         if !w.free.is_empty() {
             self.eval_operands(w, x, t);
             for &k in &w.free {
-                w.flags[k] = f64::from(self.roots.output(&w.roots, 2 * k) > 0.0);
+                w.flags[k] = f64::from(self.conditions.roots.output(&w.roots, 2 * k) > 0.0);
             }
         }
     }
 
     fn eval_operands(&self, w: &mut Work, x: &[f64], t: f64) {
         self.set_time(w, t);
-        self.roots.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.roots);
+        self.conditions.roots.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.roots);
     }
 
     /// The operand that turns a flag as it stands.
     pub fn operand(&self, w: &mut Work, x: &[f64], t: f64, k: usize) -> f64 {
         self.eval_operands(w, x, t);
-        self.roots.output(&w.roots, 2 * k + usize::from(w.flags[k] != 0.0))
+        self.conditions.roots.output(&w.roots, 2 * k + usize::from(w.flags[k] != 0.0))
     }
 
     /// The operand of a flag, counted towards the flag's other side.
     fn beyond(&self, w: &Work, k: usize) -> f64 {
         match w.flags[k] == 0.0 {
-            true => self.roots.output(&w.roots, 2 * k),
-            false => -self.roots.output(&w.roots, 2 * k + 1),
+            true => self.conditions.roots.output(&w.roots, 2 * k),
+            false => -self.conditions.roots.output(&w.roots, 2 * k + 1),
         }
     }
 
@@ -141,9 +138,9 @@ impl System {
     fn measure_flags(&self, w: &mut Work, x: &[f64], t: f64) {
         if w.scale.observe(&self.unknowns, x, t) {
             self.set_time(w, t);
-            let mut slots = self.sizes.workspace();
-            self.sizes.run(&Inputs { x: &w.scale.of, t, waves: &w.waves, flags: &w.flags }, &mut slots);
-            (0..self.flags.len()).for_each(|k| w.standing.widen(k, self.sizes.output(&slots, k)));
+            let mut slots = self.conditions.sizes.workspace();
+            self.conditions.sizes.run(&Inputs { x: &w.scale.of, t, waves: &w.waves, flags: &w.flags }, &mut slots);
+            (0..self.flags.len()).for_each(|k| w.standing.widen(k, self.conditions.sizes.output(&slots, k)));
         }
     }
 
@@ -156,7 +153,7 @@ impl System {
         if self.flags.iter().any(|f| which(f.law)) {
             self.eval_operands(w, x, t);
             for k in (0..self.flags.len()).filter(|&k| which(self.flags[k].law)) {
-                w.flags[k] = self.roots.output(&w.roots, 2 * k);
+                w.flags[k] = self.conditions.roots.output(&w.roots, 2 * k);
             }
         }
     }
@@ -173,7 +170,7 @@ impl System {
         w.flags[k] = 1.0 - w.flags[k];
         w.clocked.turned(&self.clocked, k);
         w.standing.armed[k] = false;
-        w.standing.fresh[k] = self.roots.output(&w.roots, 2 * k);
+        w.standing.fresh[k] = self.conditions.roots.output(&w.roots, 2 * k);
     }
 
     /// Sets every flag as it asks at (x, t), before a run; true when one changed.
@@ -199,7 +196,8 @@ impl System {
             return false;
         }
         let fresh = w.standing.fresh.clone();
-        let slides = |k: usize, operand: f64, size: f64| (operand - fresh[k]).abs() <= SLIDES * size;
+        // an operand that has moved by less than this part of what is added up in it has not jumped
+        let slides = |k: usize, operand: f64, size: f64| (operand - fresh[k]).abs() <= 1e-6 * size;
         self.flip_asking(w, x, t, one, |k, operand, size| !self.edges.timed[k] && !slides(k, operand, size))
     }
 
@@ -264,7 +262,7 @@ impl System {
         let mut changed = false;
         let stuck = w.standing.stuck;
         for k in (0..r.len()).filter(|&k| r[k] > 0.0 && stuck != Some(k) && !self.flags[k].law.of_modes()) {
-            if !asked(k, self.roots.output(&w.roots, 2 * k), w.standing.size(k)) {
+            if !asked(k, self.conditions.roots.output(&w.roots, 2 * k), w.standing.size(k)) {
                 continue;
             }
             if one && changed {

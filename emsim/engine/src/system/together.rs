@@ -16,7 +16,7 @@ pub struct Together {
 impl System {
     /// None where such a matrix has no inverse, whatever stands in it. A charge at one point stands in the rows of all.
     pub fn together(&self) -> Option<&Together> {
-        self.together.get_or_init(|| self.laid_out()).as_ref()
+        self.made.together.get_or_init(|| self.laid_out()).as_ref()
     }
 
     fn laid_out(&self) -> Option<Together> {

@@ -361,30 +361,7 @@ mod x86 {
                         self.done(k);
                     }
                 }
-                Op::Add | Op::Mul | Op::Sub | Op::Div | Op::NotLess => {
-                    let opcode = match i.op {
-                        Op::Add => 0x58,
-                        Op::Mul => 0x59,
-                        Op::Sub => 0x5c,
-                        Op::Div => 0x5e,
-                        _ => 0xc2,
-                    };
-                    let (mut a, mut b) = (i.a, i.b);
-                    let symmetric = matches!(i.op, Op::Add | Op::Mul);
-                    if symmetric && matches!(self.place(b), Place::Register(_)) {
-                        std::mem::swap(&mut a, &mut b);
-                    }
-                    let ra = self.load(a, &[]);
-                    let pb = self.place(b);
-                    self.release(k);
-                    let held = if let Place::Register(rb) = pb { [ra, rb] } else { [ra, ra] };
-                    let r = self.target(k, ra, &held);
-                    self.vex(opcode, F2, 1, r, ra, pb);
-                    if matches!(i.op, Op::NotLess) {
-                        self.out.push(5); // what to compare for
-                    }
-                    self.done(k);
-                }
+                Op::Add | Op::Mul | Op::Sub | Op::Div | Op::NotLess => self.arithmetic(k),
                 Op::Neg => {
                     let ra = self.load(i.a, &[]);
                     self.release(k);
@@ -414,31 +391,7 @@ mod x86 {
                     self.out.push(MASK << 4);
                     self.done(k);
                 }
-                Op::Powi if !is_call(&i, self.wide) => {
-                    // square and multiply in the order of the library's powi
-                    let ra = self.load(i.a, &[]);
-                    self.release(k);
-                    let r = self.target(k, ra, &[ra]);
-                    let (mut n, mut base, mut started) = (i.b, ra, false);
-                    loop {
-                        if n & 1 == 1 {
-                            if started {
-                                self.vex(0x59, F2, 1, ZERO, ZERO, Place::Register(base));
-                            } else {
-                                self.vex(0x28, P66, 1, ZERO, 0, Place::Register(base));
-                                started = true;
-                            }
-                        }
-                        n >>= 1;
-                        if n == 0 {
-                            break;
-                        }
-                        self.vex(0x59, F2, 1, MASK, base, Place::Register(base));
-                        base = MASK;
-                    }
-                    self.vex(0x28, P66, 1, r, 0, Place::Register(ZERO));
-                    self.done(k);
-                }
+                Op::Powi if !is_call(&i, self.wide) => self.whole_power(k),
                 Op::Sin | Op::Cos if self.wide => self.function_of_four(k),
                 Op::Sin | Op::Cos if self.called[k] => self.release(k),
                 Op::Sin | Op::Cos => self.sines_cosines(k),
@@ -447,6 +400,60 @@ mod x86 {
                 Op::Free => return None,
             }
             Some(())
+        }
+
+        /// A sum, product, difference, quotient or comparison.
+        fn arithmetic(&mut self, k: usize) {
+            let i = self.part.code[k];
+            let opcode = match i.op {
+                Op::Add => 0x58,
+                Op::Mul => 0x59,
+                Op::Sub => 0x5c,
+                Op::Div => 0x5e,
+                _ => 0xc2,
+            };
+            let (mut a, mut b) = (i.a, i.b);
+            let symmetric = matches!(i.op, Op::Add | Op::Mul);
+            if symmetric && matches!(self.place(b), Place::Register(_)) {
+                std::mem::swap(&mut a, &mut b);
+            }
+            let ra = self.load(a, &[]);
+            let pb = self.place(b);
+            self.release(k);
+            let held = if let Place::Register(rb) = pb { [ra, rb] } else { [ra, ra] };
+            let r = self.target(k, ra, &held);
+            self.vex(opcode, F2, 1, r, ra, pb);
+            if matches!(i.op, Op::NotLess) {
+                self.out.push(5); // what to compare for
+            }
+            self.done(k);
+        }
+
+        /// Squares and multiplies in the order of the library's powi.
+        fn whole_power(&mut self, k: usize) {
+            let i = self.part.code[k];
+            let ra = self.load(i.a, &[]);
+            self.release(k);
+            let r = self.target(k, ra, &[ra]);
+            let (mut n, mut base, mut started) = (i.b, ra, false);
+            loop {
+                if n & 1 == 1 {
+                    if started {
+                        self.vex(0x59, F2, 1, ZERO, ZERO, Place::Register(base));
+                    } else {
+                        self.vex(0x28, P66, 1, ZERO, 0, Place::Register(base));
+                        started = true;
+                    }
+                }
+                n >>= 1;
+                if n == 0 {
+                    break;
+                }
+                self.vex(0x59, F2, 1, MASK, base, Place::Register(base));
+                base = MASK;
+            }
+            self.vex(0x28, P66, 1, r, 0, Place::Register(ZERO));
+            self.done(k);
         }
 
         /// Sines and cosines that can be computed by now, of up to four arguments: k's and those that follow it at once.

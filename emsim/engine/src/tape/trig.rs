@@ -30,85 +30,100 @@ pub fn vectors() -> bool {
 const LARGEST: f64 = 8e5; // so k = x 2/pi is below 2^19, and k P1, P1 having 33 bits, has no rounding
 
 /// What the operations read, four times each.
-#[repr(align(32))]
-pub struct Table(pub [[f64; 4]; row::SIZE]);
-
-/// Rows of the table.
-pub mod row {
-    // in the order of `TABLE`
-    pub const MAGNITUDE: usize = 0;
-    pub const SIGN: usize = 1;
-    pub const UNIT: usize = 2; // the integer 1
-    pub const LARGEST: usize = 3;
-    pub const TWO_OVER_PI: usize = 4;
-    pub const ROUND: usize = 5;
-    pub const P1: usize = 6;
-    pub const P2: usize = 7;
-    pub const P3: usize = 8;
-    pub const HALF: usize = 9;
-    pub const ONE: usize = 10;
-    pub const SINE: usize = 11;
-    pub const COSINE: usize = 17;
-    pub const SIZE: usize = 23;
+#[repr(C, align(32))]
+pub struct Table {
+    pub magnitude: [f64; 4],
+    pub sign: [f64; 4],
+    /// the integer 1
+    pub unit: [f64; 4],
+    pub largest: [f64; 4],
+    pub two_over_pi: [f64; 4],
+    /// 3 2^51
+    pub round: [f64; 4],
+    /// pi/2 in 33 + 53 + 53 bits
+    pub p: [[f64; 4]; 3],
+    pub half: [f64; 4],
+    pub one: [f64; 4],
+    /// coefficients of y^3, y^5 ... of the sine
+    pub sine: [[f64; 4]; 6],
+    /// ... and of y^4, y^6 ... of the cosine
+    pub cosine: [[f64; 4]; 6],
 }
 
-pub static TABLE: Table = Table([
-    [f64::from_bits(!(1 << 63)); 4],
-    [-0.0; 4],
-    [f64::from_bits(1); 4],
-    [LARGEST; 4],
-    [std::f64::consts::FRAC_2_PI; 4],
-    [6_755_399_441_055_744.0; 4],
-    // pi/2 = P1 + P2 + P3, 33 + 53 + 53 bits
-    [f64::from_bits(0x3ff9_21fb_5440_0000); 4],
-    [f64::from_bits(0x3dd0_b461_1a62_6331); 4],
-    [f64::from_bits(0x3a71_701b_839a_2520); 4],
-    [0.5; 4],
-    [1.0; 4],
-    [-1.666_666_666_666_663_2e-1; 4],
-    [8.333_333_333_322_49e-3; 4],
-    [-1.984_126_982_985_795e-4; 4],
-    [2.755_731_370_707_006_8e-6; 4],
-    [-2.505_076_025_340_686_3e-8; 4],
-    [1.589_690_995_211_55e-10; 4],
-    [4.166_666_666_666_66e-2; 4],
-    [-1.388_888_888_887_411e-3; 4],
-    [2.480_158_728_947_673e-5; 4],
-    [-2.755_731_435_139_066_3e-7; 4],
-    [2.087_572_321_298_175e-9; 4],
-    [-1.135_964_755_778_819_5e-11; 4],
-]);
+/// The row of `TABLE` at which a field begins.
+#[cfg(all(target_arch = "x86_64", unix))]
+macro_rules! row {
+    ($field:ident) => {
+        std::mem::offset_of!($crate::tape::trig::Table, $field) / 32
+    };
+}
+#[cfg(all(target_arch = "x86_64", unix))]
+pub(super) use row;
+
+pub static TABLE: Table = Table {
+    magnitude: [f64::from_bits(!(1 << 63)); 4],
+    sign: [-0.0; 4],
+    unit: [f64::from_bits(1); 4],
+    largest: [LARGEST; 4],
+    two_over_pi: [std::f64::consts::FRAC_2_PI; 4],
+    round: [6_755_399_441_055_744.0; 4],
+    p: [
+        [f64::from_bits(0x3ff9_21fb_5440_0000); 4],
+        [f64::from_bits(0x3dd0_b461_1a62_6331); 4],
+        [f64::from_bits(0x3a71_701b_839a_2520); 4],
+    ],
+    half: [0.5; 4],
+    one: [1.0; 4],
+    sine: [
+        [-1.666_666_666_666_663_2e-1; 4],
+        [8.333_333_333_322_49e-3; 4],
+        [-1.984_126_982_985_795e-4; 4],
+        [2.755_731_370_707_006_8e-6; 4],
+        [-2.505_076_025_340_686_3e-8; 4],
+        [1.589_690_995_211_55e-10; 4],
+    ],
+    cosine: [
+        [4.166_666_666_666_66e-2; 4],
+        [-1.388_888_888_887_411e-3; 4],
+        [2.480_158_728_947_673e-5; 4],
+        [-2.755_731_435_139_066_3e-7; 4],
+        [2.087_572_321_298_175e-9; 4],
+        [-1.135_964_755_778_819_5e-11; 4],
+    ],
+};
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::{row, TABLE};
+    use super::TABLE;
 
     #[target_feature(enable = "avx2,fma")]
     pub unsafe fn sin_cos(x: f64) -> (f64, f64) {
-        let at = |row: usize| TABLE.0[row][0];
-        let turned = x * at(row::TWO_OVER_PI) + at(row::ROUND);
-        let k = turned - at(row::ROUND);
-        let r = (-k).mul_add(at(row::P1), x);
+        let [p1, p2, p3] = TABLE.p.map(|p| p[0]);
+        let round = TABLE.round[0];
+        let turned = x * TABLE.two_over_pi[0] + round;
+        let k = turned - round;
+        let r = (-k).mul_add(p1, x);
         // r - k P2 without an error (Knuth's sum of the rounded product, whose own error is exact), then - k P3
-        let product = k * at(row::P2);
+        let product = k * p2;
         let y = r - product;
         let taken = y - r;
         let error = (r - (y - taken)) - (product + taken);
-        let d = error - k.mul_add(at(row::P2), -product);
-        let d = (-k).mul_add(at(row::P3), d);
+        let d = error - k.mul_add(p2, -product);
+        let d = (-k).mul_add(p3, d);
         let z = y * y;
         let zz = z * z;
-        let polynomial = |from: usize, to: usize| (from..to).rev().fold(at(to), |sum, c| sum.mul_add(z, at(c)));
+        let polynomial =
+            |c: &[[f64; 4]]| c.iter().rev().map(|c| c[0]).reduce(|sum, c| sum.mul_add(z, c)).unwrap_or(0.0);
         // sin(y + d) = y + (y^3 s1 + (z (y^3 s - d/2) + d))
-        let s = polynomial(row::SINE + 1, row::SINE + 5);
+        let s = polynomial(&TABLE.sine[1..]);
         let cube = z * y;
         let s = cube.mul_add(s, -(d * 0.5));
-        let s = cube.mul_add(at(row::SINE), z.mul_add(s, d));
+        let s = cube.mul_add(TABLE.sine[0][0], z.mul_add(s, d));
         let sine = y + s;
         // cos(y + d) = w + ((1 - w) - z/2 + (z^2 c - y d)),  w = 1 - z/2
         let half = z * 0.5;
         let w = 1.0 - half;
-        let c = polynomial(row::COSINE, row::COSINE + 5);
+        let c = polynomial(&TABLE.cosine);
         let c = zz.mul_add(c, -(y * d));
         let cosine = w + (((1.0 - w) - half) + c);
         // the quadrant: odd ones change places; sine is negative in 2 and 3, cosine in 1 and 2

@@ -210,7 +210,8 @@ impl Places {
     fn find(&self, i: Instr, same: impl Fn(usize) -> bool) -> usize {
         let mixed = [i.op as u32, i.a, i.b, i.c]
             .iter()
-            .fold(0_u64, |h, &w| (h ^ u64::from(w)).wrapping_mul(MIX).rotate_left(29));
+            // 2^64 over the golden ratio
+            .fold(0_u64, |h, &w| (h ^ u64::from(w)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29));
         let mut at = mixed as usize & (self.0.len() - 1);
         while self.0[at] != u32::MAX && !same(self.0[at] as usize) {
             at = (at + 1) & (self.0.len() - 1);
@@ -218,6 +219,3 @@ impl Places {
         at
     }
 }
-
-/// 2^64 over the golden ratio.
-const MIX: u64 = 0x9e37_79b9_7f4a_7c15;

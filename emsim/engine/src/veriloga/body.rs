@@ -33,34 +33,7 @@ impl Reader<'_> {
         }
         let c = self.children(what);
         let made = match self.rule(what) {
-            "block" => {
-                self.scopes.push(HashMap::new());
-                let mut body = Vec::new();
-                for &child in c {
-                    match self.rule(child) {
-                        "local_declaration" => {
-                            let about = self.attributes(child);
-                            let Some(&declared) = self.children(child).last() else { continue };
-                            if self.rule(declared) == "variables" {
-                                let first = self.frame.len();
-                                self.declare_variables(declared, &about, true);
-                                self.fill_variables(declared);
-                                for k in first..self.frame.len() {
-                                    let initial = self.frame[k].initial;
-                                    body.push(self.put(declared, Statement::Begin(k as u32, initial)));
-                                }
-                            } else {
-                                self.declare_parameters(declared, &about);
-                                self.fill_parameters(declared);
-                            }
-                        }
-                        "statement" => body.push(self.statement(child)),
-                        _ => {}
-                    }
-                }
-                self.scopes.pop();
-                Statement::Block(body)
-            }
+            "block" => Statement::Block(self.block(c)),
             "if" => {
                 let condition = self.expression(c[2], false);
                 let yes = self.statement(c[4]);
@@ -109,6 +82,35 @@ impl Reader<'_> {
             _ => return self.simple(what),
         };
         self.put(what, made)
+    }
+
+    fn block(&mut self, children: &[u32]) -> Vec<S> {
+        self.scopes.push(HashMap::new());
+        let mut body = Vec::new();
+        for &child in children {
+            match self.rule(child) {
+                "local_declaration" => {
+                    let about = self.attributes(child);
+                    let Some(&declared) = self.children(child).last() else { continue };
+                    if self.rule(declared) == "variables" {
+                        let first = self.frame.len();
+                        self.declare_variables(declared, &about, true);
+                        self.fill_variables(declared);
+                        for k in first..self.frame.len() {
+                            let initial = self.frame[k].initial;
+                            body.push(self.put(declared, Statement::Begin(k as u32, initial)));
+                        }
+                    } else {
+                        self.declare_parameters(declared, &about);
+                        self.fill_parameters(declared);
+                    }
+                }
+                "statement" => body.push(self.statement(child)),
+                _ => {}
+            }
+        }
+        self.scopes.pop();
+        body
     }
 
     pub(super) fn simple(&mut self, node: u32) -> S {

@@ -6,9 +6,6 @@ use crate::graph::Id;
 use crate::interrupt;
 use std::rc::Rc;
 
-/// How often a loop is repeated whose end hangs on voltages, if it does not say.
-const UNROLLED: usize = 200;
-
 impl Elaborator<'_> {
     pub fn new_frame(&mut self, variables: &[Variable], function: usize) -> Answer<Frame> {
         let mut frame = Frame { function, stamps: vec![0; variables.len()], ..Frame::default() };
@@ -262,7 +259,8 @@ impl Elaborator<'_> {
                     if unroll == Some(done as u32) {
                         break;
                     }
-                    if done >= UNROLLED || self.g.len() > 200_000 {
+                    // how often a loop is repeated whose end hangs on voltages, if it does not say
+                    if done >= 200 || self.g.len() > 200_000 {
                         let hint = "bound it: (* unroll = 10 *) while (...), or by a counter that ends it";
                         return self.stop(self.place(c), "the end of this loop hangs on voltages", hint);
                     }

@@ -238,41 +238,38 @@ impl Preprocessor<'_> {
         }
     }
 
+    /// Where the first token at or behind a place begins: behind blanks, comments and line ends that a backslash takes away.
+    fn after_blanks(&self, file: u32, text: &str, mut at: usize) -> Result<Option<usize>, Box<Message>> {
+        let bytes = text.as_bytes();
+        loop {
+            match bytes.get(at) {
+                None => return Ok(None),
+                Some(b) if b.is_ascii_whitespace() => at += 1,
+                Some(b'/') if bytes.get(at + 1) == Some(&b'/') => {
+                    at += bytes[at..].iter().take_while(|&&b| b != b'\n').count();
+                }
+                Some(b'/') if bytes.get(at + 1) == Some(&b'*') => match text[at + 2..].find("*/") {
+                    Some(k) => at += k + 4,
+                    None => {
+                        let place = Place { file, start: at as u32, length: 2, call: 0 };
+                        return self.error(place, "this comment has no end", "close it with */");
+                    }
+                },
+                // a line that goes on
+                Some(b'\\') if text[at + 1..].trim_start_matches([' ', '\t', '\r']).starts_with('\n') => at += 1,
+                Some(_) => return Ok(Some(at)),
+            }
+        }
+    }
+
     /// The token at or behind a place, and where it ends. What conditions leave out may hold anything.
     fn cut(&mut self, file: u32, text: &str, from: usize, to: usize) -> Result<Option<(Token, usize)>, Box<Message>> {
         let bytes = &text.as_bytes()[..to];
         let mut from = from;
         let found = 'again: loop {
-            let mut at = from;
-            loop {
-                match bytes.get(at) {
-                    None => return Ok(None),
-                    Some(b) if b.is_ascii_whitespace() => at += 1,
-                    Some(b'/') if bytes.get(at + 1) == Some(&b'/') => {
-                        while at < to && bytes[at] != b'\n' {
-                            at += 1;
-                        }
-                    }
-                    Some(b'/') if bytes.get(at + 1) == Some(&b'*') => match text[at + 2..to].find("*/") {
-                        Some(k) => at += k + 4,
-                        None => {
-                            let place = Place { file, start: at as u32, length: 2, call: 0 };
-                            return self.error(place, "this comment has no end", "close it with */");
-                        }
-                    },
-                    // a line that goes on
-                    Some(b'\\') if text[at + 1..to].trim_start_matches([' ', '\t', '\r']).starts_with('\n') => at += 1,
-                    Some(_) => break,
-                }
-            }
-            let start = at;
-            let is_word = |b: u8| b.is_ascii_alphanumeric() || b == b'_' || b == b'$';
-            let word_end = |mut k: usize| {
-                while k < to && is_word(bytes[k]) {
-                    k += 1;
-                }
-                k
-            };
+            let Some(start) = self.after_blanks(file, &text[..to], from)? else { return Ok(None) };
+            let mut at = start;
+            let word_end = |k: usize| k + bytes[k..].iter().take_while(|&&b| is_word(b)).count();
             let first = bytes[at];
             let place = |end: usize| Place { file, start: start as u32, length: (end - start) as u32, call: 0 };
             let (kind, end) = match first {
@@ -694,4 +691,9 @@ fn number_end(bytes: &[u8], from: usize) -> usize {
         }
         _ => at,
     }
+}
+
+/// Is it part of a name?
+fn is_word(b: u8) -> bool {
+    b.is_ascii_alphanumeric() || b == b'_' || b == b'$'
 }

@@ -9,8 +9,7 @@ use crate::syntax::table::Table;
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-/// Deeper trees are refused: what reads them calls itself.
-const DEEPEST: u32 = 1500;
+/// More messages about one text nobody reads.
 const MOST_MESSAGES: usize = 20;
 
 fn table() -> &'static Table {
@@ -117,80 +116,33 @@ const DIGITAL: &[&str] = &[
     "casez",
 ];
 
+/// What messages offer as the next word, most telling first: the grammar's name and how it is written.
+const OFFERED: &[(&str, &str)] = &[
+    ("EMPTY", ";"),
+    ("SEMICOLON", ";"),
+    ("RPAR", ")"),
+    ("COMMA", ","),
+    ("CONTRIBUTES", "<+"),
+    ("ASSIGN", "="),
+    ("COLON", ":"),
+    ("RBRACKET", "]"),
+    ("RBRACE", "}"),
+    ("END", "end"),
+    ("ENDCASE", "endcase"),
+    ("ENDFUNCTION", "endfunction"),
+    ("ENDMODULE", "endmodule"),
+    ("MODULE", "module"),
+    ("LPAR", "("),
+    ("NAME", "a name"),
+];
+
 fn unexpected(library: &Library, tokens: &[Token], at: usize, wanted: &[u8], names: &[&str]) -> Message {
-    let spelled = |k: u8| -> &str {
-        match names[k as usize] {
-            "SEMICOLON" | "EMPTY" => ";",
-            "COMMA" => ",",
-            "RPAR" => ")",
-            "LPAR" => "(",
-            "ASSIGN" => "=",
-            "CONTRIBUTES" => "<+",
-            "RBRACKET" => "]",
-            "RBRACE" => "}",
-            "COLON" => ":",
-            "END" => "end",
-            "ENDMODULE" => "endmodule",
-            "ENDCASE" => "endcase",
-            "ENDFUNCTION" => "endfunction",
-            "NAME" => "a name",
-            "NUMBER" => "a number",
-            "BEGIN" => "begin",
-            "MODULE" => "module",
-            other => other,
-        }
-    };
-    let order = [
-        "EMPTY",
-        "SEMICOLON",
-        "RPAR",
-        "COMMA",
-        "CONTRIBUTES",
-        "ASSIGN",
-        "COLON",
-        "RBRACKET",
-        "RBRACE",
-        "END",
-        "ENDCASE",
-        "ENDFUNCTION",
-        "ENDMODULE",
-        "MODULE",
-        "LPAR",
-        "NAME",
-    ];
-    let mut known: Vec<(usize, u8)> =
-        wanted.iter().filter_map(|&k| Some((order.iter().position(|o| *o == names[k as usize])?, k))).collect();
-    known.sort_unstable();
-    let mut words: Vec<&str> = known.iter().map(|k| spelled(k.1)).collect();
+    let has = |name: &str| wanted.iter().any(|&k| names[k as usize] == name);
+    let mut words: Vec<&str> = OFFERED.iter().filter(|o| has(o.0)).map(|o| o.1).collect();
     words.dedup();
     words.truncate(4);
     let expected = if words.is_empty() { String::new() } else { format!("expected here: {}", words.join("  or  ")) };
-    let Some(token) = tokens.get(at) else {
-        let place = tokens.last().map(|t| t.at).unwrap_or_default();
-        // what is open
-        let mut open: Vec<Token> = Vec::new();
-        for token in tokens {
-            match library.sources.word(token.word) {
-                "module" | "macromodule" | "begin" | "case" | "function" | "nature" | "discipline" | "paramset" => {
-                    open.push(*token)
-                }
-                "end" | "endmodule" | "endcase" | "endfunction" | "endnature" | "enddiscipline" | "endparamset" => {
-                    open.pop();
-                }
-                _ => {}
-            }
-        }
-        let hint = open.last().map_or(expected, |t| {
-            let word = library.sources.word(t.word);
-            let close = match word {
-                "begin" => "end".to_string(),
-                "macromodule" => "endmodule".to_string(),
-                word => format!("end{word}"),
-            };
-            format!("{close} is missing: the {word} of line {} is open", library.sources.message(t.at, "", "").line)
-        });
-        return library.sources.message(place, "the text ends too early", hint);
-    };
+    let Some(token) = tokens.get(at) else { return too_early(library, tokens, expected) };
     let word = library.sources.word(token.word);
     let before = at.checked_sub(1).map(|k| tokens[k]);
     for token in before.iter().chain([token]) {
@@ -204,7 +156,6 @@ fn unexpected(library: &Library, tokens: &[Token], at: usize, wanted: &[u8], nam
             );
         }
     }
-    let has = |name: &str| wanted.iter().any(|&k| names[k as usize] == name);
     if has("CONTRIBUTES") && word == "=" {
         return library.sources.message(token.at, "a branch cannot be assigned to", "contribute to it with <+");
     }
@@ -217,6 +168,33 @@ fn unexpected(library: &Library, tokens: &[Token], at: usize, wanted: &[u8], nam
         }
     }
     library.sources.message(token.at, format!("{word} is not expected here"), expected)
+}
+
+/// The text ends within something: what is open is told, or else what was expected.
+fn too_early(library: &Library, tokens: &[Token], expected: String) -> Message {
+    let place = tokens.last().map(|t| t.at).unwrap_or_default();
+    let mut open: Vec<Token> = Vec::new();
+    for token in tokens {
+        match library.sources.word(token.word) {
+            "module" | "macromodule" | "begin" | "case" | "function" | "nature" | "discipline" | "paramset" => {
+                open.push(*token)
+            }
+            "end" | "endmodule" | "endcase" | "endfunction" | "endnature" | "enddiscipline" | "endparamset" => {
+                open.pop();
+            }
+            _ => {}
+        }
+    }
+    let hint = open.last().map_or(expected, |t| {
+        let word = library.sources.word(t.word);
+        let close = match word {
+            "begin" => "end".to_string(),
+            "macromodule" => "endmodule".to_string(),
+            word => format!("end{word}"),
+        };
+        format!("{close} is missing: the {word} of line {} is open", library.sources.message(t.at, "", "").line)
+    });
+    library.sources.message(place, "the text ends too early", hint)
 }
 
 fn depth(library: &Library, tree: &Tree, tokens: &[Token]) -> Result<u32, Vec<Message>> {
@@ -232,7 +210,8 @@ fn depth(library: &Library, tree: &Tree, tokens: &[Token]) -> Result<u32, Vec<Me
                 (depth, children.first().map_or(0, |&c| depths[c as usize].1))
             }
         };
-        if depth > DEEPEST {
+        // deeper trees are refused: what reads them calls itself
+        if depth > 1500 {
             let at = tokens.get(leaf as usize).map(|t| t.at).unwrap_or_default();
             return Err(vec![library.sources.message(
                 at,
@@ -275,6 +254,12 @@ pub(super) struct Attributes {
     pub(super) multiplicity: Option<i32>,
     pub(super) instance: bool,
     pub(super) unroll: Option<u32>,
+}
+
+/// What stands in a module, with what is said of it.
+struct Member {
+    what: u32,
+    about: Attributes,
 }
 
 impl<'a> Reader<'a> {
@@ -474,19 +459,15 @@ impl<'a> Reader<'a> {
             ..Module::default()
         };
         let name = self.module.name;
-        let ports = self.module.ports;
         if !is_set && self.library.modules.iter().any(|m| m.name == name && m.base.is_none()) {
             let what = format!("the module {} is there twice", self.spelled(name));
             self.error(self.place(children[0]), what, "give one of them another name");
         }
-        debug_assert_eq!(ports, 0);
-        for formals in self.find(node, "formals") {
-            for formal in self.find(formals, "formal") {
-                let kind = self.children(formal).iter().copied().find(|&c| self.terminal(c) == "TYPE");
-                let kind = kind.map(|k| self.kind(k));
-                for parameter in self.find(formal, "parameter") {
-                    self.declare_parameter(parameter, kind, false, &Attributes::default());
-                }
+        for formal in self.formals(node) {
+            let kind = self.children(formal).iter().copied().find(|&c| self.terminal(c) == "TYPE");
+            let kind = kind.map(|k| self.kind(k));
+            for parameter in self.find(formal, "parameter") {
+                self.declare_parameter(parameter, kind, false, &Attributes::default());
             }
         }
         for list in self.find(node, "ports") {
@@ -496,113 +477,25 @@ impl<'a> Reader<'a> {
         }
         self.module.ports = self.module.nodes.len();
         // names first: what is declared may stand behind its use
-        let members: Vec<(u32, u32, Attributes)> = if is_set {
-            let mut pending = Attributes::default();
-            let mut out = Vec::new();
-            for &child in children {
-                match self.rule(child) {
-                    "attributes" => {
-                        for &a in self.children(child) {
-                            let pair = self.children(a);
-                            let value = pair.get(1).map(|&v| unquote(self.text(v)));
-                            match self.text(pair[0]) {
-                                "desc" => pending.meaning = value,
-                                "units" => pending.unit = value,
-                                _ => {}
-                            }
-                        }
-                    }
-                    "" => {}
-                    _ => out.push((child, child, std::mem::take(&mut pending))),
-                }
-            }
-            out
-        } else {
-            self.find(node, "member")
-                .into_iter()
-                .filter_map(|m| {
-                    let what = *self.children(m).last()?;
-                    Some((m, what, Attributes::default()))
-                })
-                .collect()
-        };
-        let mut functions = Vec::new();
-        for (member, what, known) in &members {
-            let about = if is_set { known.clone() } else { self.attributes(*member) };
-            match self.rule(*what) {
-                "parameters" => self.declare_parameters(*what, &about),
-                "variables" => self.declare_variables(*what, &about, true),
-                "genvars" => {
-                    for named in self.listed(*what) {
-                        let leaf = self.leaf_named(named);
-                        self.declare_variable(leaf, Type::Integer, &Attributes::default());
-                    }
-                }
-                "directions" | "nets" | "ground" => self.nets(*what),
-                "branches" => self.branches(*what),
-                "function" => functions.push(*what),
-                "alias" => {}
-                _ => {}
-            }
-        }
-        for (_, what, _) in &members {
-            if self.rule(*what) == "alias" {
-                self.alias(*what);
-            }
-        }
-        let names: Vec<(u32, Word)> = functions
-            .iter()
-            .filter_map(|&f| Some((f, self.word(*self.children(f).iter().find(|&&c| self.terminal(c) == "NAME")?))))
-            .collect();
-        for (k, &(f, name)) in names.iter().enumerate() {
-            if self.functions.insert(name, k as u32).is_some() {
-                let what = format!("the function {} is there twice", self.spelled(name));
-                self.error(self.place(f), what, "");
-            }
-        }
+        let members = if is_set { self.members_of_set(children) } else { self.members(node) };
+        let functions = self.declare(&members);
         // then what they hang on
-        for (_, what, _) in &members {
+        for Member { what, .. } in &members {
             match self.rule(*what) {
                 "parameters" => self.fill_parameters(*what),
                 "variables" => self.fill_variables(*what),
                 _ => {}
             }
         }
-        for formals in self.find(node, "formals") {
-            for formal in self.find(formals, "formal") {
-                for parameter in self.find(formal, "parameter") {
-                    self.fill_parameter(parameter);
-                }
+        for formal in self.formals(node) {
+            for parameter in self.find(formal, "parameter") {
+                self.fill_parameter(parameter);
             }
         }
-        for (f, _) in names {
+        for f in functions {
             self.function(f);
         }
-        for (_, what, _) in &members {
-            match self.rule(*what) {
-                "analog" => self.analog(*what),
-                "instance" => {
-                    let instance = self.instance(*what);
-                    self.module.instances.push(instance);
-                }
-                "generate" | "generate_for" | "generate_if" => {
-                    let generated = self.generated(*what);
-                    self.module.generated.extend(generated);
-                }
-                "choice" => {
-                    let children = self.children(*what);
-                    let value = self.expression(children[1], false);
-                    let choice = (self.word(children[0]), value, self.place(children[0]));
-                    self.module.choices.push(choice);
-                }
-                _ => {}
-            }
-        }
-        for (_, what, _) in &members {
-            if self.rule(*what) == "defparam" {
-                self.overrides(*what);
-            }
-        }
+        self.bodies(&members);
         for k in 0..self.module.ports {
             let node = self.module.nodes[k].clone();
             if node.discipline.is_none() && !is_set {
@@ -613,6 +506,107 @@ impl<'a> Reader<'a> {
         self.module.variables = std::mem::take(&mut self.frame);
         let module = std::mem::take(&mut self.module);
         self.library.modules.push(module);
+    }
+
+    fn formals(&self, node: u32) -> Vec<u32> {
+        self.find(node, "formals").into_iter().flat_map(|formals| self.find(formals, "formal")).collect()
+    }
+
+    fn members(&mut self, node: u32) -> Vec<Member> {
+        let mut members = Vec::new();
+        for m in self.find(node, "member") {
+            let Some(&what) = self.children(m).last() else { continue };
+            members.push(Member { what, about: self.attributes(m) });
+        }
+        members
+    }
+
+    /// Those of a paramset stand side by side with their attributes.
+    fn members_of_set(&self, children: &[u32]) -> Vec<Member> {
+        let mut pending = Attributes::default();
+        let mut members = Vec::new();
+        for &what in children {
+            match self.rule(what) {
+                "attributes" => {
+                    for &a in self.children(what) {
+                        let pair = self.children(a);
+                        let value = pair.get(1).map(|&v| unquote(self.text(v)));
+                        match self.text(pair[0]) {
+                            "desc" => pending.meaning = value,
+                            "units" => pending.unit = value,
+                            _ => {}
+                        }
+                    }
+                }
+                "" => {}
+                _ => members.push(Member { what, about: std::mem::take(&mut pending) }),
+            }
+        }
+        members
+    }
+
+    /// Names of all that members declare; their functions.
+    fn declare(&mut self, members: &[Member]) -> Vec<u32> {
+        let mut functions = Vec::new();
+        for Member { what, about } in members {
+            match self.rule(*what) {
+                "parameters" => self.declare_parameters(*what, about),
+                "variables" => self.declare_variables(*what, about, true),
+                "genvars" => {
+                    for named in self.listed(*what) {
+                        let leaf = self.leaf_named(named);
+                        self.declare_variable(leaf, Type::Integer, &Attributes::default());
+                    }
+                }
+                "directions" | "nets" | "ground" => self.nets(*what),
+                "branches" => self.branches(*what),
+                "function" => functions.push(*what),
+                _ => {}
+            }
+        }
+        for &Member { what, .. } in members {
+            if self.rule(what) == "alias" {
+                self.alias(what);
+            }
+        }
+        let named = |&f: &u32| self.children(f).iter().copied().find(|&c| self.terminal(c) == "NAME");
+        let names: Vec<(u32, Word)> = functions.iter().filter_map(|f| Some((*f, self.word(named(f)?)))).collect();
+        for (k, &(f, name)) in names.iter().enumerate() {
+            if self.functions.insert(name, k as u32).is_some() {
+                let what = format!("the function {} is there twice", self.spelled(name));
+                self.error(self.place(f), what, "");
+            }
+        }
+        names.into_iter().map(|(f, _)| f).collect()
+    }
+
+    /// What a module does, what it is made of, and what it sets.
+    fn bodies(&mut self, members: &[Member]) {
+        for &Member { what, .. } in members {
+            match self.rule(what) {
+                "analog" => self.analog(what),
+                "instance" => {
+                    let instance = self.instance(what);
+                    self.module.instances.push(instance);
+                }
+                "generate" | "generate_for" | "generate_if" => {
+                    let generated = self.generated(what);
+                    self.module.generated.extend(generated);
+                }
+                "choice" => {
+                    let children = self.children(what);
+                    let value = self.expression(children[1], false);
+                    let choice = (self.word(children[0]), value, self.place(children[0]));
+                    self.module.choices.push(choice);
+                }
+                _ => {}
+            }
+        }
+        for &Member { what, .. } in members {
+            if self.rule(what) == "defparam" {
+                self.overrides(what);
+            }
+        }
     }
 
     pub(super) fn kind(&self, leaf: u32) -> Type {

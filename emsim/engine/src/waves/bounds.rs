@@ -8,8 +8,6 @@ use std::f64::consts::{PI, TAU};
 /// From the least to the largest.
 pub type Interval = (f64, f64);
 pub const ANYTHING: Interval = (f64::NEG_INFINITY, f64::INFINITY);
-/// More corners of a source within a stretch are not looked through.
-const CORNERS: usize = 64;
 
 /// Values and slopes over a stretch. A jump has every slope.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +70,8 @@ impl Wave {
     /// From a, where a jump is over, to b, where one has not come.
     pub fn over(&self, a: f64, b: f64) -> Bounds {
         let (mut all, mut from) = (None::<Bounds>, a);
-        for _ in 0..CORNERS {
+        // more corners of a source within a stretch are not looked through
+        for _ in 0..64 {
             let to = self.next_breakpoint(from).min(b);
             let piece = self.between_corners(from, to);
             let jumps = to < b && self.value(to) != self.value_before(to);

@@ -151,9 +151,11 @@ fn lags(k: &Tableau) -> bool {
 }
 
 fn given(sys: &System) -> Vec<(usize, f64)> {
-    let capacitance = |i: usize| sys.pattern.position(i, i).map_or(0.0, |k| sys.c_linear[k]);
     let alone = sys.alone().into_iter().enumerate().filter(|&(_, alone)| alone);
-    alone.map(|(i, _)| (i, capacitance(i))).filter(|&(i, c)| c > 0.0 && sys.unknowns[i].kind == Kind::Node).collect()
+    alone
+        .map(|(i, _)| (i, sys.own_capacitance(i)))
+        .filter(|&(i, c)| c > 0.0 && sys.unknowns[i].kind == Kind::Node)
+        .collect()
 }
 
 impl Dirk {

@@ -96,7 +96,7 @@ impl<S: Sink> Run<'_, S> {
 
     /// Is a corner of a source a jump to what the method's next step begins with, or to what a condition reads?
     pub(super) fn slopes_jump(&mut self, method: &dyn Method) -> bool {
-        let reads = &self.sys.conditions_read;
+        let reads = self.sys.conditions_read();
         if !method.character().begins_with_slopes && reads.is_empty() {
             return false;
         }

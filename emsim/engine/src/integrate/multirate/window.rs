@@ -5,14 +5,12 @@
 //! integrated over every step of the circuit on its dense output by Gauss' rule with three nodes (order 6). Degree 2, because
 //! more of it is ripple cut off at the ends of the macro step rather than the course of the mean.
 use super::super::rows::Sink;
-use crate::ledger::Inside;
+use crate::ledger::{Inside, GAUSS};
 use crate::system::{Guests, Polynomial, System, Work, DEGREE};
 
 const MOMENTS: usize = 3; // coefficients of a parabola
 const NODES: usize = 3; // of Gauss' rule of order 6, which integrates its square exactly
-/// Gauss' nodes and weights on [0, 1], and integrals up to the nodes.
-const NODE: [f64; NODES] = [0.112_701_665_379_258_31, 0.5, 0.887_298_334_620_741_7];
-const WEIGHT: [f64; NODES] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
+/// Integrals on [0, 1] up to Gauss' nodes.
 const UP_TO: [[f64; NODES]; NODES] = [
     [5.0 / 36.0, -0.035_976_667_524_938_9, 0.009_789_444_015_308_33],
     [0.300_263_194_980_864_57, 2.0 / 9.0, -0.022_485_417_203_132_7],
@@ -202,7 +200,7 @@ impl Sink for Window {
         for k in self.waiting..self.items.len() {
             let (at, part) = (self.items[k].at + self.n, self.items[k].t - from);
             if part < length {
-                for (node, weight) in NODE.into_iter().zip(WEIGHT) {
+                for (node, weight) in GAUSS {
                     dense(from + node * part, &mut inner[0]);
                     for (j, &i) in self.reads.iter().enumerate() {
                         let impulse = weight * part * inner[0][i];
@@ -215,15 +213,15 @@ impl Sink for Window {
                 }
             }
         }
-        for (node, inner) in NODE.into_iter().zip(&mut inner) {
+        for ((node, _), inner) in GAUSS.into_iter().zip(&mut inner) {
             dense(from + node * length, inner);
         }
         let start: Vec<(f64, f64)> = (0..self.reads.len()).map(|j| (self.integral(j), self.twice[j])).collect();
         for ((twice, (once, _)), &i) in self.twice.iter_mut().zip(&start).zip(&self.reads) {
-            let rest = NODE.iter().zip(WEIGHT).zip(&inner).map(|((c, w), y)| w * (1.0 - c) * y[i]);
+            let rest = GAUSS.iter().zip(&inner).map(|((c, w), y)| w * (1.0 - c) * y[i]);
             *twice += length * (once + length * rest.sum::<f64>());
         }
-        for ((node, weight), inner) in NODE.into_iter().zip(WEIGHT).zip(&inner) {
+        for ((node, weight), inner) in GAUSS.into_iter().zip(&inner) {
             let p = legendre(self.place(from + node * length));
             for (m, &i) in self.moments.iter_mut().zip(&self.reads) {
                 let part = inner[i] * weight * length / self.half;

@@ -7,18 +7,6 @@
 //! there: as much on the diagonal as Newton's method asks for, about the last efforts in place of 0, so that nothing of it is left.
 use super::{dense, flows, Bounds, Solution, REFINED, REGULAR};
 
-/// Sweeps before Newton's method is tried for the first time, then twice as many, so often.
-const FIRST: usize = 8;
-const TRIES: usize = 3;
-const ITERATIONS: usize = 30;
-/// Steps of the proximal point method; on the diagonal: at first, at least and at most, less after a step and more where there is none.
-const STEPS: usize = 100;
-const WEIGHTS: [f64; 3] = [1.0, 1e-8, 1e3];
-const LESS: f64 = 0.3;
-const MORE: f64 = 5.0;
-/// Equations hold to so much of what they are made of.
-const EXACT: f64 = 1e-11;
-
 struct Problem<'a> {
     a: Vec<f64>, // with something on the diagonal
     b: Vec<f64>,
@@ -94,7 +82,8 @@ impl Problem<'_> {
             let made = self.b[i].abs() + (0..n).map(|j| (self.a[i * n + j] * f[j]).abs()).sum::<f64>();
             self.rho[i] * made + f[i].abs()
         };
-        let solved = (0..n).all(|i| left[i].abs() <= EXACT * size(i));
+        // equations hold to so much of what they are made of
+        let solved = (0..n).all(|i| left[i].abs() <= 1e-11 * size(i));
         (left, at, solved)
     }
 
@@ -131,10 +120,11 @@ impl Problem<'_> {
 
     /// From f by sweeps, until Newton's method finds the solution from there.
     fn search(&self, mut f: Vec<f64>) -> Option<Vec<f64>> {
-        for again in 0..TRIES {
-            (0..FIRST << again).for_each(|_| self.sweep(&mut f));
+        for again in 0..3 {
+            // sweeps before Newton's method is tried, twice as many each time
+            (0..8 << again).for_each(|_| self.sweep(&mut f));
             let mut tried = f.clone();
-            for _ in 0..ITERATIONS {
+            for _ in 0..30 {
                 let w = flows(&self.a, &self.b, &tried);
                 let (left, at, solved) = self.left(&tried, &w);
                 if solved {
@@ -172,19 +162,24 @@ pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
     if let Some(s) = least.and_then(|f| solution(&bare, f)) {
         return Some(s);
     }
-    let [mut weight, floor, top] = WEIGHTS;
+    // on the diagonal: at first, at least and at most
+    let [mut weight, floor, top] = [1.0, 1e-8, 1e3];
     let mut f = vec![0.0; n];
-    for _ in 0..STEPS {
+    // steps of the proximal point method; on the diagonal: at first, at least and at most, less after a step and more
+    // where there is none
+    for _ in 0..100 {
         let more = weight * largest;
         let right = (0..n).map(|i| b[i] - more * f[i]).collect();
         let Some(next) = Problem::new(a, right, bounds, more).search(f.clone()) else {
-            weight *= MORE;
+            // ... and more where there is none
+            weight *= 5.0;
             if weight > top {
                 return None;
             }
             continue;
         };
-        (f, weight) = (next, (LESS * weight).max(floor));
+        // less after a step ...
+        (f, weight) = (next, (0.3 * weight).max(floor));
         if let Some(s) = solution(&bare, f.clone()) {
             return Some(s);
         }

@@ -82,20 +82,20 @@ fn shared(code: &[u8]) -> Option<Code> {
         process: u32,
     }
     static CURRENT: std::sync::Mutex<Option<Current>> = std::sync::Mutex::new(None);
-    const LENGTH: usize = 1 << 18; // bytes that are asked for at once
-    const LINE: usize = 64; // of the cache, where a program begins
 
     let mut current = CURRENT.lock().ok()?;
     let process = std::process::id();
     if current.as_ref().is_none_or(|c| c.process != process || c.used + code.len() > c.pages.length) {
-        let (pages, file) = mapped(LENGTH.max(code.len()))?;
+        // bytes that are asked for at once
+        let (pages, file) = mapped((1 << 18).max(code.len()))?;
         *current = Some(Current { pages: Arc::new(pages), file, used: 0, process });
     }
     let current = current.as_mut()?;
     let at = current.used;
     current.file.write_all_at(code, at as u64).ok()?;
     // x86 keeps its caches of instructions coherent; what was never executed cannot be held in the pipeline either
-    current.used = (at + code.len()).next_multiple_of(LINE);
+    // of the cache, where a program begins
+    current.used = (at + code.len()).next_multiple_of(64);
     // SAFETY: within the pages
     let start = unsafe { current.pages.execute.cast::<u8>().add(at) };
     Some(Code { start, _pages: current.pages.clone() })

@@ -1,15 +1,13 @@
 //! The stages of a Runge-Kutta method in one piece of code: sums of rows, four components a register, and between them the
 //! program as a subroutine. What a loop over stages spends on calls, rows of unequal length and checks is several times what
 //! a stage of a pendulum computes.
-use super::x86::{Base, Place, Writer, F2, P66, WIDE};
+use super::x86::{Base, Place, Writer, DOUBLE, F2, P66, WIDE};
 use super::{Move, To};
 
-/// Registers of a sum; the last one holds its coefficient.
-const SUMS: usize = 12;
+/// Registers behind those of a sum: the last one holds its coefficient.
 const FACTOR: u8 = 15;
 const OTHER: u8 = 14;
 const FRESH: u8 = 13;
-const DOUBLE: u8 = super::x86::DOUBLE;
 
 impl Writer<'_> {
     /// Rows of `width`, the state at leaf `y`, the length of the step at `h` of the table of rows; times are read in turn.
@@ -31,7 +29,8 @@ impl Writer<'_> {
             let newest = step.row.iter().position(|&(j, _)| j == at && at > 0 && groups.len() == 1);
             let index = h as i64 - (at * width) as i64;
             let length = Place::Memory { base: Base::Results, index: index as u32 };
-            for some in groups.chunks(SUMS) {
+            // registers of a sum; behind them are those of its coefficient
+            for some in groups.chunks(12) {
                 let mut begun = false;
                 for (term, &(j, _)) in step.row.iter().enumerate().filter(|t| Some(t.0) != newest) {
                     self.spread_factor(Place::Memory { base: Base::Table, index: (first + term) as u32 });
@@ -84,8 +83,13 @@ impl Writer<'_> {
         }
         self.out.extend([0xc5, 0xf8, 0x77]);
         self.leave();
+        self.subroutine(&calls)
+    }
+
+    /// The program, behind all that calls it: `calls` are where these calls end.
+    fn subroutine(&mut self, calls: &[usize]) -> Option<()> {
         let here = self.out.len();
-        for call in calls {
+        for &call in calls {
             self.out[call - 4..call].copy_from_slice(&((here - call) as u32).to_le_bytes());
         }
         self.out.extend([0x48, 0x83, 0xec, 8]); // sub rsp, 8

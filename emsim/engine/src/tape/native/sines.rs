@@ -63,10 +63,10 @@ impl Writer<'_> {
         let lanes = if count > 2 { 4 } else { 2 };
         let register = Place::Register;
         self.out.extend([0x48, 0xb8]); // mov rax, table
-        self.out.extend((trig::TABLE.0.as_ptr() as u64).to_le_bytes());
+        self.out.extend((&raw const trig::TABLE as u64).to_le_bytes());
         // out of range: aside
-        self.vex(0x54, P66 | wide, 1, 0, ARGUMENT, table(row::MAGNITUDE));
-        self.vex(0xc2, P66 | wide, 1, 0, 0, table(row::LARGEST));
+        self.vex(0x54, P66 | wide, 1, 0, ARGUMENT, table(row!(magnitude)));
+        self.vex(0xc2, P66 | wide, 1, 0, 0, table(row!(largest)));
         self.out.push(0x12); // less or equal, quiet
         self.vex(0x50, P66 | wide, 1, 10, 0, register(0)); // vmovmskpd r10d
         self.out.extend([0x41, 0x83, 0xfa, (1 << lanes) - 1, 0x0f, 0x85, 0, 0, 0, 0]); // cmp r10d, all; jne
@@ -75,12 +75,12 @@ impl Writer<'_> {
         let mut op = |opcode: u8, to: u8, a: u8, b: Place| self.vex(opcode, P66 | wide, 1, to, a, b);
         let (add, mul, sub) = (0x58, 0x59, 0x5c);
         // 213: to = a to + b    231: to = a b + to    132: to = to b - a
-        op(mul, 0, ARGUMENT, table(row::TWO_OVER_PI));
-        op(add, 0, 0, table(row::ROUND));
-        op(sub, 1, 0, table(row::ROUND)); // k
-        self.fused(FNMADD_231, wide, ARGUMENT, 1, table(row::P1)); // r
+        op(mul, 0, ARGUMENT, table(row!(two_over_pi)));
+        op(add, 0, 0, table(row!(round)));
+        op(sub, 1, 0, table(row!(round))); // k
+        self.fused(Fused::Negated231, wide, ARGUMENT, 1, table(row!(p))); // r
         let mut op = |opcode: u8, to: u8, a: u8, b: Place| self.vex(opcode, P66 | wide, 1, to, a, b);
-        op(mul, 2, 1, table(row::P2)); // product
+        op(mul, 2, 1, table(row!(p) + 1)); // product
         op(sub, 3, ARGUMENT, register(2)); // y
         op(sub, 4, 3, register(ARGUMENT)); // taken
         op(sub, 5, 3, register(4));
@@ -88,42 +88,48 @@ impl Writer<'_> {
         op(add, 4, 2, register(4));
         op(sub, 5, 5, register(4)); // error
         op(MOVE, 4, 0, register(1));
-        self.fused(FMSUB_132, wide, 4, 2, table(row::P2));
+        self.fused(Fused::Sub132, wide, 4, 2, table(row!(p) + 1));
         self.vex(sub, P66 | wide, 1, 5, 5, register(4));
-        self.fused(FNMADD_231, wide, 5, 1, table(row::P3)); // d
+        self.fused(Fused::Negated231, wide, 5, 1, table(row!(p) + 2)); // d
         self.vex(mul, P66 | wide, 1, 1, 3, register(3)); // z
         self.vex(mul, P66 | wide, 1, 2, 1, register(1)); // z^2
 
         // sine: y + (y^3 s1 + (z (y^3 s - d/2) + d))
         let load = |w: &mut Self, to: u8, at: usize| w.vex(MOVE, P66 | wide, 1, to, 0, table(at));
-        load(self, 4, row::SINE + 5);
+        load(self, 4, row!(sine) + 5);
         for c in (1..5).rev() {
-            self.fused(FMADD_213, wide, 4, 1, table(row::SINE + c));
+            self.fused(Fused::Add213, wide, 4, 1, table(row!(sine) + c));
         }
         self.vex(mul, P66 | wide, 1, 6, 1, register(3)); // y^3
-        self.vex(mul, P66 | wide, 1, 7, 5, table(row::HALF));
-        self.fused(FMSUB_213, wide, 4, 6, register(7));
-        self.fused(FMADD_213, wide, 4, 1, register(5));
-        self.fused(FMADD_231, wide, 4, 6, table(row::SINE));
+        self.vex(mul, P66 | wide, 1, 7, 5, table(row!(half)));
+        self.fused(Fused::Sub213, wide, 4, 6, register(7));
+        self.fused(Fused::Add213, wide, 4, 1, register(5));
+        self.fused(Fused::Add231, wide, 4, 6, table(row!(sine)));
         self.vex(add, P66 | wide, 1, 4, 3, register(4));
 
         // cosine: w + ((1 - w) - z/2 + (z^2 c - y d)),  w = 1 - z/2
-        self.vex(mul, P66 | wide, 1, 6, 1, table(row::HALF));
-        load(self, OTHER, row::ONE);
+        self.vex(mul, P66 | wide, 1, 6, 1, table(row!(half)));
+        load(self, OTHER, row!(one));
         self.vex(sub, P66 | wide, 1, 7, OTHER, register(6)); // w
         self.vex(mul, P66 | wide, 1, 5, 3, register(5)); // y d
-        load(self, ARGUMENT, row::COSINE + 5);
+        load(self, ARGUMENT, row!(cosine) + 5);
         for c in (0..5).rev() {
-            self.fused(FMADD_213, wide, ARGUMENT, 1, table(row::COSINE + c));
+            self.fused(Fused::Add213, wide, ARGUMENT, 1, table(row!(cosine) + c));
         }
-        self.fused(FMSUB_213, wide, ARGUMENT, 2, register(5));
-        load(self, OTHER, row::ONE);
+        self.fused(Fused::Sub213, wide, ARGUMENT, 2, register(5));
+        load(self, OTHER, row!(one));
         self.vex(sub, P66 | wide, 1, OTHER, OTHER, register(7));
         self.vex(sub, P66 | wide, 1, OTHER, OTHER, register(6));
         self.vex(add, P66 | wide, 1, OTHER, OTHER, register(ARGUMENT));
         self.vex(add, P66 | wide, 1, 7, 7, register(OTHER));
 
-        // the quadrant: odd ones change places; sine is negative in 2 and 3, cosine in 1 and 2
+        self.turn(wide);
+        self.aside.push(Aside { jump, back: self.out.len(), lanes });
+    }
+
+    /// To the quadrant: odd ones change places; sine is negative in 2 and 3, cosine in 1 and 2.
+    fn turn(&mut self, wide: u8) {
+        let register = Place::Register;
         self.shift(wide, ARGUMENT, 0, 63);
         for (to, one, two) in [(SINES, 4, 7), (COSINES, 7, 4)] {
             self.vex(0x4b, P66 | wide, 3, to, one, register(two)); // vblendvpd
@@ -131,17 +137,16 @@ impl Writer<'_> {
         }
         for to in [SINES, COSINES] {
             self.shift(wide, OTHER, 0, 62);
-            self.vex(0x54, P66 | wide, 1, OTHER, OTHER, table(row::SIGN));
+            self.vex(0x54, P66 | wide, 1, OTHER, OTHER, table(row!(sign)));
             self.vex(0x57, P66 | wide, 1, to, to, register(OTHER));
             if to == SINES {
-                self.vex(0xd4, P66 | wide, 1, 0, 0, table(row::UNIT)); // vpaddq
+                self.vex(0xd4, P66 | wide, 1, 0, 0, table(row!(unit))); // vpaddq
             }
         }
-        self.aside.push(Aside { jump, back: self.out.len(), lanes });
     }
 
-    fn fused(&mut self, opcode: u8, wide: u8, to: u8, a: u8, b: Place) {
-        self.vex(opcode, P66 | wide | DOUBLE, 2, to, a, b);
+    fn fused(&mut self, opcode: Fused, wide: u8, to: u8, a: u8, b: Place) {
+        self.vex(opcode as u8, P66 | wide | DOUBLE, 2, to, a, b);
     }
 
     /// 64-bit lanes shifted to the left.
@@ -208,8 +213,18 @@ impl Writer<'_> {
 }
 
 const MOVE: u8 = 0x28; // opcode of VMOVAPS and VMOVAPD (Intel's manual, volume 2)
-const FMADD_213: u8 = 0xa8; // b a + c
-const FMADD_231: u8 = 0xb8; // b c + a
-const FMSUB_132: u8 = 0x9a; // a c - b
-const FMSUB_213: u8 = 0xaa; // b a - c
-const FNMADD_231: u8 = 0xbc; // a - b c
+
+/// Opcodes of fused products and sums: to = to, with a and b.
+#[derive(Clone, Copy)]
+enum Fused {
+    /// a to + b
+    Add213 = 0xa8,
+    /// a b + to
+    Add231 = 0xb8,
+    /// to b - a
+    Sub132 = 0x9a,
+    /// a to - b
+    Sub213 = 0xaa,
+    /// to - a b
+    Negated231 = 0xbc,
+}
