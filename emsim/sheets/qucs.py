@@ -238,7 +238,7 @@ class Reader:
             if not d.active or (not d.kind.startswith(".") and d.kind not in WORDS):
                 continue
             own.texts += self._shown(d)
-            if d.kind in ("Eqn", "SpicePar", "SpGlobPar", "SpiceCSPar"):
+            if d.kind in ("Eqn", "NutmegEq", "SpicePar", "SpGlobPar", "SpiceCSPar"):
                 own.cards += self._equations(own, d, params)
             elif d.kind in WORDS:
                 own.cards += WORDS[d.kind](d.given)
@@ -280,10 +280,10 @@ class Reader:
         found: list[Card] = []
         for given in d.given:
             name, eq, law = given.partition("=")
-            if not eq or not name.strip().isidentifier() or (d.kind == "Eqn" and name == "Export"):
+            if not eq or not name.strip().isidentifier() or (name in SETTINGS.get(d.kind, ())):
                 continue
             text = law.strip()
-            if d.kind == "Eqn" and _reads_results(text, params):
+            if d.kind == "NutmegEq" or (d.kind == "Eqn" and _reads_results(text, params)):
                 said = f"the equation {name.strip()} reads results and is left out"
                 self.sink.warning(
                     "W155", said, _span(own.file, given), "say it with .meas or .print of the deck"
@@ -410,9 +410,11 @@ ANALYSES = {
     ".NOISE": _noise,
     ".SP": lambda given: ".sp" + _ac(given).removeprefix(".ac"),
 }
+# of components with equations: what is no equation
+SETTINGS = {"Eqn": ("Export",), "NutmegEq": ("Simulation",)}
 # components that are no parts: what their properties are as cards
 WORDS: dict[str, Any] = {
-    "Eqn": None, "SpicePar": None, "SpGlobPar": None, "SpiceCSPar": None, "NutmegEq": lambda given: [],
+    "Eqn": None, "SpicePar": None, "SpGlobPar": None, "SpiceCSPar": None, "NutmegEq": None,
     "SpiceModel": lambda given: [[w] for w in given[:5] if w.strip() and not EMPTY.match(w)], "SpiceInclude": _files,
     "SpiceLib": lambda given: [[".lib", given[0], given[1]]], "SpiceIC": _each(".ic"), "SpiceNodeset": _each(".nodeset"),
     "SpiceOptions": lambda given: [[".options", w] for w in given[1:] if w.strip()], "SpiceFunc": _each(".func"),

@@ -62,7 +62,7 @@ TABLE: dict[str, tuple[str, str, bool]] = {
     "lt_startup": ("E113", "`startup` LTspice", False),  # its step of 0 is LTspice's too: E305 then
     "lt_A": ("E140", "`INV` LTspice v(in) > 0.5", False),
     # files of other programs
-    "kicad": ("E100", "KiCad netlist", False),
+    "kicad": ("E128", "empty", False),  # a schematic is read; this one has nothing in it
     "mjcf": ("E100", "MuJoCo import model.xml", False),
     "urdf": ("E100", "URDF import robot.urdf", False),
     "modelica": ("E100", "Modelica BODY", False),

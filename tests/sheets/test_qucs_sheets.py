@@ -122,10 +122,12 @@ def test_sweeps_are_steps_and_dc(written):
 
 def test_equations_are_parameters_or_are_told(written, capsys):
     eqn = '  <Eqn Eqn1 1 300 40 -30 15 0 0 "rr=2*500" 1 "gain=dB(out.v)" 1 "yes" 0>\n'
+    eqn += '  <NutmegEq Eqn2 1 300 90 -30 15 0 0 "ac" 1 "peak=mag(v(out))" 1>\n'
     path = written(sheet(PARTS_OF_RC.replace('"1 kOhm"', '"rr"') + AC + eqn, WIRES_OF_RC))
     assert main(["check", path]) == 0
     said = capsys.readouterr()
     assert "the equation gain reads results" in said.err and "a.sch:13:" in said.err
+    assert "the equation peak reads results" in said.err and "a.sch:14:" in said.err
     f = emsim.run(path).table("ac")
     assert abs(f["v(out)"][0]) == pytest.approx(1 / abs(1 + 2j * np.pi * 100 * 1e3 * 1e-7), rel=1e-6)
 
