@@ -48,7 +48,7 @@ fn search(
     }
     let off = (c.value - cubic.at(u)).abs() / shape(u);
     // the cubic is looked at between so many parts, which are shorter towards its ends
-    let mut looks = (1..16).map(|i| (std::f64::consts::FRAC_PI_2 * i as f64 / 16 as f64).sin().powi(2));
+    let mut looks = (1..16).map(|i| (std::f64::consts::FRAC_PI_2 * f64::from(i) / 16.0).sin().powi(2));
     let rises = looks.any(|u| cubic.at(u) + 2.0 * off * shape(u) > level);
     let mut part = |a: Place, b: Place| {
         let asked = rises || a.slope > 0.0 && b.slope < 0.0 && tangents_meet(a, b) > level;
