@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 DIALECT = None
 RULE = Rule(tees=False, pins=False, labels=True, number=lambda k: f"_net{k - 1}")
+MOST = 10_000  # runs of a sweep
 PIECE = re.compile(r'"((?:[^"\\]|\\.)*)"|(\S+)')
 
 
@@ -256,9 +257,9 @@ class Reader:
         done: set[str] = set()
         for d in sweeps:
             outer = next((o for o in sweeps if str(o.given[0]) == str(d.name)), None)
-            said = self._sweep(d, d in dc, known)
+            said = self._sweep(own, d, d in dc, known)
             if said.startswith(".dc") and outer is not None:
-                second = self._sweep(outer, True, known)
+                second = self._sweep(own, outer, True, known)
                 done.add(str(outer.name))
                 said += second.removeprefix(".dc") if second.startswith(".dc") else ""
             if str(d.name) in done or said.split()[1:3] in [
@@ -293,7 +294,7 @@ class Reader:
             found.append([".param", word(f"{name.strip()}={value(word(text))}", given.line, given.col)])
         return found
 
-    def _sweep(self, d: Drawn, is_dc: bool, known: set[str]) -> str:
+    def _sweep(self, own: Sheet, d: Drawn, is_dc: bool, known: set[str]) -> str:
         """A .step, or a .dc of a source where the sweep is one of a .DC."""
         kind, name = str(d.given[1]), str(d.given[2])
         target = next((n for n in (name.lower(), "v" + name.lower(), "i" + name.lower()) if n in known), "")
@@ -301,7 +302,13 @@ class Reader:
             values = d.given[5] if len(d.given) > 5 and "[" in d.given[5] else d.given[3]
             said = "list " + " ".join(str(value(word(v))) for v in values.strip("[] ").split(";"))
         else:
-            a, b, n = (spice_number(value(w)) or 0.0 for w in d.given[3:6])
+            numbers = [spice_number(value(w)) for w in d.given[3:6]]
+            a, b, n = (0.0 if v is None else v for v in numbers)
+            if None in numbers or not 1 <= n <= MOST or (kind != "lin" and not a * b > 0.0):
+                ends = "two numbers" if kind == "lin" else "two numbers of one sign, none of them 0"
+                said = f"the sweep {d.name} needs {ends}, and 1 to {MOST} points"
+                self.sink.error("E155", said, Span(own.file, d.line, 3, 4 + len(d.kind)))
+                return ".step temp list 27"
             if kind == "lin":
                 said = f"{a:.12g} {b:.12g} {(b - a) / max(1.0, n - 1):.12g}"
             else:
