@@ -246,7 +246,11 @@ class Reader:
             elif d.kind == ".DC":
                 own.cards += [] if str(d.name).lower() in swept else [[".op"]]
             elif d.kind in ANALYSES:
-                own.cards.append([word(ANALYSES[d.kind](d.given), d.line, 3)])
+                try:
+                    own.cards.append([word(ANALYSES[d.kind](d.given), d.line, 3)])
+                except (ValueError, IndexError):
+                    said = f"{d.kind} {d.name} needs lin or log, and numbers for its ends and its points"
+                    self.sink.error("E155", said, Span(own.file, d.line, 3, 4 + len(d.kind)))
             elif d.kind != ".SW":
                 said = f"`{d.kind}` ({d.name}) is left out: no card says it"
                 self.sink.warning("W155", said, _span(own.file, d.name), "its results are not computed")
@@ -376,7 +380,9 @@ def _reads_results(law: str, params: set[str]) -> bool:
 
 
 def _tran(given: list[Word]) -> str:
-    start, stop, points = (spice_number(value(w)) or 0.0 for w in given[1:4])
+    start, stop, points = (float(spice_number(value(w)) or 0.0) for w in given[1:4])
+    if given[0] != "lin" or not stop > start:
+        raise ValueError
     step = (stop - start) / max(1.0, points - 1)
     most = value(given[19]) if len(given) > 19 else "0"
     uic = " uic" if len(given) > 18 and given[18] == "no" else ""
@@ -386,6 +392,8 @@ def _tran(given: list[Word]) -> str:
 
 def _ac(given: list[Word]) -> str:
     kind, a, b, n = given[:4]
+    if kind not in ("lin", "log") or None in [spice_number(value(w)) for w in (a, b, n)]:
+        raise ValueError
     if kind != "log":
         return f".ac lin {n} {value(a)} {value(b)}"
     first, last = (spice_number(value(w)) or 1.0 for w in (a, b))

@@ -120,6 +120,14 @@ def test_a_sweep_that_cannot_be_is_told(written, ends):
         emsim.run(written(sheet(PARTS_OF_RC + AC + sweep, WIRES_OF_RC)))
 
 
+@pytest.mark.parametrize(
+    "said", ['"const" 1 "1" 1 "1k" 1 "10" 1', '"log" 1 "1" 1 "1k" 1 "n" 1', '"log" 1 "1" 1']
+)
+def test_an_analysis_without_its_numbers_is_told(written, said):
+    with pytest.raises(emsim.DeckError, match=r"E155.*\.AC AC1 needs lin or log"):
+        emsim.run(written(sheet(PARTS_OF_RC + f"  <.AC AC1 1 1 1 0 1 0 0 {said}>\n", WIRES_OF_RC)))
+
+
 def test_sweeps_are_steps_and_dc(written):
     sweep = '  <.SW SW1 1 300 200 0 40 0 0 "AC1" 1 "list" 1 "C1" 1 "1" 0 "10" 0 "[10n; 20n]" 1>\n'
     result = emsim.run(written(sheet(PARTS_OF_RC + AC + sweep, WIRES_OF_RC)))
