@@ -389,7 +389,13 @@ class DotCards(Cards):
         return Dot("gravity", values, line.whole)
 
     def on_view(self, ch: list[Any], line: Line) -> Dot:
-        items = {str(c[1][0].lower()): machine_value(c[1][1], line) for c in ch if c.__class__ is tuple}
+        """`items`: (word, value, place); of a word without `=` the value is None."""
+        items: list[tuple[str, Any, Any]] = []
+        for c in ch:
+            if c.__class__ is tuple:
+                items.append((c[1][0].lower(), machine_value(c[1][1], line), line.span_at(*extent(c))))
+            else:
+                items.append((c.lower(), None, line.span(c)))
         return Dot("view", items, line.whole)
 
     # ---- structure ----

@@ -28,7 +28,7 @@ CARDS = {
     ".else": (".else", "cards where no condition of the .if holds"),
     ".endif": (".endif", "ends an .if"),
     ".gravity": (".gravity [g] | gx gy [gz]", "gravity [m/s^2], 9.80665 along -y; without the card there is none"),
-    ".view": (".view [fps=] [speed=] [trace=point] [scale=] [solid=yes]", "how the machine is drawn"),
+    ".view": (".view [fps=] [speed=] [trace=point] [scale=] [solid=yes|no]", "how the machine is drawn"),
     ".title": (".title text", "another title"),
     ".end": (".end", "the end of the deck"),
 }  # fmt: skip

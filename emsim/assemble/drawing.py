@@ -11,6 +11,7 @@ name further channels (a current, a force) that change them. Nothing here is dra
 
 from __future__ import annotations
 
+from ..diagnostics import deck_error
 from ..opened import as_read
 from .arranged import arrange
 from .outputs import Output
@@ -18,7 +19,7 @@ from .tree import GROUND
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
     from typing import Any
 
     from ..cards.base import Card, Scalar
@@ -29,6 +30,14 @@ if TYPE_CHECKING:
     Place = list[float]
 
 WHEEL = 0.1  # distance of shafts that are drawn beside one another [m]
+
+
+def traced(name: str, points: Iterable[str]) -> None:
+    """Raises DeckError where the point to trace is none of those that there are."""
+    there = list(points)
+    if name not in there:
+        hint = f"there are {', '.join(there)}" if there else None
+        deck_error("E356", f"no point to trace is called `{name}`", hint=hint)
 
 
 class Drawing:
@@ -138,14 +147,11 @@ class Drawing:
     def data(self) -> dict[str, Any]:
         view: dict[str, Any] = {}
         for items in self.m.ctx.flat.views:
-            view.update(
-                {
-                    key: value if isinstance(value, (int, float)) else str(value)
-                    for key, value in items.items()
-                }
-            )
+            view.update(items)
         points = [{"name": name, "at": self.on(*where)} for name, where in self.m.points.items()]
         points += [{"name": f"{n}.com", "at": self.on(n, b.centre)} for n, b in self.m.bodies.items() if b.m]
+        if view.get("trace"):
+            traced(view["trace"], [str(p["name"]) for p in points])
         return {
             "planar": self.planar, "bodies": self.bodies, "shapes": self.shapes, "points": points, "view": view,
             "gravity": list(self.m.gravity), "meshes": self.meshes,

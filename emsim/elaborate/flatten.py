@@ -608,7 +608,9 @@ class _Flattener:
                 g = [0.0, -(g[0] if g else STANDARD_GRAVITY), 0.0]
             flat.gravity = (g[0], g[1], g[2] if len(g) > 2 else 0.0)
         elif card.kind == "view":
-            flat.views.append(card.items)
+            from .viewed import viewed
+
+            flat.views.append(viewed(card, scope, self.sink))
         elif card.kind == "control":
             lines, analyses = card.items
             flat.commands += lines

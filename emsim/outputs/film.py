@@ -13,6 +13,7 @@ from os.path import join
 
 import numpy as np
 
+from ..assemble.drawing import traced
 from ..diagnostics import deck_error
 from . import missing_package
 from .beside import replacing
@@ -78,8 +79,8 @@ class Timing:
         self, table: Table, start: float | None = None, stop: float | None = None, fps: float | None = None,
         speed: float | None = None, duration: float | None = None,
     ) -> None:  # fmt: skip
-        """`duration` in seconds of the film or `speed`; else .view speed=, else 4 to 10 s. Raises DeckError for
-        an empty stretch and for more than MOST frames."""
+        """`duration` in seconds of the film or `speed`; else .view speed=, else 4 to 10 s. `fps`, else .view fps=. Raises
+        DeckError for an empty stretch and for more than MOST frames."""
         along = instants(table)
         first, last = float(along[0]), float(along[-1])
         begin = first if start is None else max(first, start)
@@ -89,14 +90,14 @@ class Timing:
             if swings(table):
                 said = f"there is no such mode: there are {len(table)}"
             deck_error("E349", said)
-        span, delay = end - begin, max(2, round(100 / (fps or FPS)))
+        view = table.scene.data["view"] if table.scene is not None else {}
+        # hundredths of a second, of which a GIF has 16 bits
+        span, delay = end - begin, max(2, round(min(100 / (fps or view.get("fps") or FPS), 0xFFFF - REST)))
         if speed is None:
-            viewed = table.scene.data["view"].get("speed") if table.scene is not None else None
+            viewed = view.get("speed")
             # a mode swings twice
             wished = duration or (2 * math.ceil(span) if swings(table) else min(max(span, SHORTEST), LONGEST))
-            speed = (
-                viewed if isinstance(viewed, (int, float)) and viewed > 0 and not duration else span / wished
-            )
+            speed = viewed if viewed and not duration else span / wished
         self.speed = float(speed)
         step = self.speed * delay / 100
         count = math.floor(span / step * (1 + 1e-9)) + 1
@@ -222,9 +223,8 @@ class Camera:
         self.stage = Stage(table, width)
         self.fine, self.unit = fine, max(width / WIDTH, 0.6)
         trace = trace or str(self.stage.view.get("trace") or "")
-        if trace and trace not in self.stage.points:
-            hint = f"there are {', '.join(self.stage.points)}" if self.stage.points else None
-            deck_error("E356", f"no point to trace is called `{trace}`", hint=hint)
+        if trace:
+            traced(trace, self.stage.points)
         self.traced = self.stage.points.get(trace)
         self.solids = Solids(self.stage) if self.stage.solid else None
         self.begin = begin

@@ -137,7 +137,7 @@ class Reader:
             if isinstance(node, Node):
                 try:
                     self._item(page, node, library)
-                except (ValueError, IndexError):
+                except (ValueError, IndexError, StopIteration):
                     whole = Span(page.file, node.line, 1, len(page.file.text_line(node.line)) + 1)
                     self.sink.error(
                         "E155", f"this `{node.kind}` of the schematic lacks what it should have", whole

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 DIALECT = None
 RULE = Rule(tees=False, pins=False, labels=True, number=lambda k: f"_net{k - 1}")
+MOST = 10_000  # runs of a sweep
 PIECE = re.compile(r'"((?:[^"\\]|\\.)*)"|(\S+)')
 
 
@@ -245,7 +246,11 @@ class Reader:
             elif d.kind == ".DC":
                 own.cards += [] if str(d.name).lower() in swept else [[".op"]]
             elif d.kind in ANALYSES:
-                own.cards.append([word(ANALYSES[d.kind](d.given), d.line, 3)])
+                try:
+                    own.cards.append([word(ANALYSES[d.kind](d.given), d.line, 3)])
+                except (ValueError, IndexError):
+                    said = f"{d.kind} {d.name} needs lin or log, and numbers for its ends and its points"
+                    self.sink.error("E155", said, Span(own.file, d.line, 3, 4 + len(d.kind)))
             elif d.kind != ".SW":
                 said = f"`{d.kind}` ({d.name}) is left out: no card says it"
                 self.sink.warning("W155", said, _span(own.file, d.name), "its results are not computed")
@@ -256,9 +261,9 @@ class Reader:
         done: set[str] = set()
         for d in sweeps:
             outer = next((o for o in sweeps if str(o.given[0]) == str(d.name)), None)
-            said = self._sweep(d, d in dc, known)
+            said = self._sweep(own, d, d in dc, known)
             if said.startswith(".dc") and outer is not None:
-                second = self._sweep(outer, True, known)
+                second = self._sweep(own, outer, True, known)
                 done.add(str(outer.name))
                 said += second.removeprefix(".dc") if second.startswith(".dc") else ""
             if str(d.name) in done or said.split()[1:3] in [
@@ -293,7 +298,7 @@ class Reader:
             found.append([".param", word(f"{name.strip()}={value(word(text))}", given.line, given.col)])
         return found
 
-    def _sweep(self, d: Drawn, is_dc: bool, known: set[str]) -> str:
+    def _sweep(self, own: Sheet, d: Drawn, is_dc: bool, known: set[str]) -> str:
         """A .step, or a .dc of a source where the sweep is one of a .DC."""
         kind, name = str(d.given[1]), str(d.given[2])
         target = next((n for n in (name.lower(), "v" + name.lower(), "i" + name.lower()) if n in known), "")
@@ -301,7 +306,13 @@ class Reader:
             values = d.given[5] if len(d.given) > 5 and "[" in d.given[5] else d.given[3]
             said = "list " + " ".join(str(value(word(v))) for v in values.strip("[] ").split(";"))
         else:
-            a, b, n = (spice_number(value(w)) or 0.0 for w in d.given[3:6])
+            numbers = [spice_number(value(w)) for w in d.given[3:6]]
+            a, b, n = (0.0 if v is None else v for v in numbers)
+            if None in numbers or not 1 <= n <= MOST or (kind != "lin" and not a * b > 0.0):
+                ends = "two numbers" if kind == "lin" else "two numbers of one sign, none of them 0"
+                said = f"the sweep {d.name} needs {ends}, and 1 to {MOST} points"
+                self.sink.error("E155", said, Span(own.file, d.line, 3, 4 + len(d.kind)))
+                return ".step temp list 27"
             if kind == "lin":
                 said = f"{a:.12g} {b:.12g} {(b - a) / max(1.0, n - 1):.12g}"
             else:
@@ -369,7 +380,9 @@ def _reads_results(law: str, params: set[str]) -> bool:
 
 
 def _tran(given: list[Word]) -> str:
-    start, stop, points = (spice_number(value(w)) or 0.0 for w in given[1:4])
+    start, stop, points = (float(spice_number(value(w)) or 0.0) for w in given[1:4])
+    if given[0] != "lin" or not stop > start:
+        raise ValueError
     step = (stop - start) / max(1.0, points - 1)
     most = value(given[19]) if len(given) > 19 else "0"
     uic = " uic" if len(given) > 18 and given[18] == "no" else ""
@@ -379,6 +392,8 @@ def _tran(given: list[Word]) -> str:
 
 def _ac(given: list[Word]) -> str:
     kind, a, b, n = given[:4]
+    if kind not in ("lin", "log") or None in [spice_number(value(w)) for w in (a, b, n)]:
+        raise ValueError
     if kind != "log":
         return f".ac lin {n} {value(a)} {value(b)}"
     first, last = (spice_number(value(w)) or 1.0 for w in (a, b))

@@ -69,7 +69,7 @@ UNKNOWN = frozenset(
 )
 EMPTY = re.compile(r"\s*\w*=\s*$")  # a line that its owner left as it came
 UNIT = re.compile(
-    r"^([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([TGMkmunpfa\u00b5]?)\s*(?:[Oo]hms?|Hz|dBm|[FHVASsmWKva])?$"
+    r"^([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([TGMkmunpfa\u00b5]?)\s*(?:[Oo]hms?|Hz|dBm|[FHVASsmWva])?$"
 )
 
 

@@ -320,3 +320,8 @@ def test_lists_with_their_places():
     )
     with pytest.raises(Wrong):
         parse("(a")
+
+
+def test_a_wire_without_points_is_told(written):
+    with pytest.raises(emsim.DeckError, match=r"E155.*this `wire` of the schematic lacks"):
+        emsim.run(written(sheet(*RC, "(wire (stroke (width 0)))")))

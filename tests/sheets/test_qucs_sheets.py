@@ -103,11 +103,29 @@ def test_the_order_of_terminals(written):
         ("-5 V", "-5"),
         ("1e-3", "1e-3"),
         ("R1*2", "{R1*2}"),
+        ("1K", "{1K}"),  # ngspice, which Qucs-S hands it to, has it as 1000
         ("3 mS", "3m"),
     ],
 )
 def test_values_with_units(given, said):
     assert value(word(given)) == said
+
+
+@pytest.mark.parametrize(
+    "ends", ['"0" 0 "10" 0 "3"', '"1" 0 "10" 0 "1e9"', '"a" 0 "10" 0 "3"', '"-1" 0 "10" 0 "3"']
+)
+def test_a_sweep_that_cannot_be_is_told(written, ends):
+    sweep = f'  <.SW SW1 1 300 200 0 40 0 0 "AC1" 1 "log" 1 "C1" 1 {ends} 1>\n'
+    with pytest.raises(emsim.DeckError, match=r"E155.*the sweep SW1 needs two numbers"):
+        emsim.run(written(sheet(PARTS_OF_RC + AC + sweep, WIRES_OF_RC)))
+
+
+@pytest.mark.parametrize(
+    "said", ['"const" 1 "1" 1 "1k" 1 "10" 1', '"log" 1 "1" 1 "1k" 1 "n" 1', '"log" 1 "1" 1']
+)
+def test_an_analysis_without_its_numbers_is_told(written, said):
+    with pytest.raises(emsim.DeckError, match=r"E155.*\.AC AC1 needs lin or log"):
+        emsim.run(written(sheet(PARTS_OF_RC + f"  <.AC AC1 1 1 1 0 1 0 0 {said}>\n", WIRES_OF_RC)))
 
 
 def test_sweeps_are_steps_and_dc(written):

@@ -155,6 +155,35 @@ def test_view_names_the_trace(tmp_path):
     assert near(picture, x, y, "accent") or near(picture, x, y, "accent", 2)
 
 
+@pytest.mark.parametrize(
+    ("said", "message"),
+    [
+        ("solid=maybe", "solid= of .view is yes or no"),
+        ("colour=red", ".view has no `colour`: it takes fps=, speed=, scale=, trace=, solid="),
+        ("solid", "solid of .view has no value"),
+        ("speed=0", "speed= of .view is a number greater than zero"),
+        ("scale=-1", "scale= of .view is a number greater than zero"),
+        ("scale=1e9", "scale= of .view is a number greater than zero, below 10000"),
+        ("fps=fast", "fps= of .view is a number greater than zero"),
+    ],
+)
+def test_a_word_that_view_does_not_have_is_told(said, message):
+    with pytest.raises(DeckError, match=rf"E239\]: {re.escape(message)}"):
+        run(ARM.format(more=f".view {said}"))
+
+
+def test_view_takes_parameters_and_the_rate_of_pictures():
+    result = run(ARM.format(more=".param v=0.5\n.view fps=10 speed={v/5}"))
+    timing = film.Timing(result.main)
+    assert timing.speed == 0.1
+    assert timing.delays[0] == 10  # hundredths of a second
+
+
+def test_a_trace_of_no_point_is_told_to_the_page_too():
+    with pytest.raises(DeckError, match=r"E356.*tpi.*\n.*arm\.tip, arm\.com"):
+        run(ARM.format(more=".view trace=tpi"))
+
+
 def test_frame_size(arm, tmp_path):
     for width in (200, 960):
         film.png(str(tmp_path / "a.png"), arm.main, 0.0, width)
