@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from .scope import Scope
 
 NUMBERS = ("fps", "speed", "scale")  # greater than zero
-LARGEST = 1e4  # a picture has fewer pixels, so of a machine that is so much larger it shows nothing
 # all words, each with a value that it takes
 EXAMPLES = {"fps": "30", "speed": "0.5", "scale": "1.5", "trace": "arm.tip", "solid": "yes"}
 
@@ -34,9 +33,10 @@ def viewed(card: Dot, scope: Scope, sink: Sink) -> dict[str, Any]:
         elif key in NUMBERS:
             is_word = isinstance(value, str) and not isinstance(value, Node)
             size = 0.0 if is_word or isinstance(value, tuple) else as_float(value, scope)
-            if not 0.0 < size < (LARGEST if key == "scale" else inf):
+            # a picture has fewer pixels than 10 000: of a machine that is so much larger it shows nothing
+            if not 0.0 < size < (1e4 if key == "scale" else inf):
                 said = f"{key}= of .view is a number greater than zero"
-                said += f", below {LARGEST:g}" if key == "scale" else ""
+                said += ", below 10000" if key == "scale" else ""
                 sink.error("E239", said, span, f"write {key}={EXAMPLES[key]}")
             found[key] = size
         elif key == "solid" and str(value) not in ("yes", "no"):

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 DIALECT = None
 RULE = Rule(tees=False, pins=False, labels=True, number=lambda k: f"_net{k - 1}")
-MOST = 10_000  # runs of a sweep
 PIECE = re.compile(r'"((?:[^"\\]|\\.)*)"|(\S+)')
 
 
@@ -308,9 +307,9 @@ class Reader:
         else:
             numbers = [spice_number(value(w)) for w in d.given[3:6]]
             a, b, n = (0.0 if v is None else v for v in numbers)
-            if None in numbers or not 1 <= n <= MOST or (kind != "lin" and not a * b > 0.0):
+            if None in numbers or not 1 <= n <= 10_000 or (kind != "lin" and not a * b > 0.0):
                 ends = "two numbers" if kind == "lin" else "two numbers of one sign, none of them 0"
-                said = f"the sweep {d.name} needs {ends}, and 1 to {MOST} points"
+                said = f"the sweep {d.name} needs {ends}, and 1 to 10000 points"
                 self.sink.error("E155", said, Span(own.file, d.line, 3, 4 + len(d.kind)))
                 return ".step temp list 27"
             if kind == "lin":
