@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import sys
 import zipfile
+import zlib
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ OLD = {
     "Boolean": "Boolean",
     "String": "String",
 }
+FLOATS = ("Float64", "Float32")
 NUMBERS = frozenset("Float64 Float32 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean".split())
 # what the folder of a library is called: of this system and processor, in FMI 3 and in FMI 2
 SYSTEMS = {
@@ -96,11 +98,17 @@ class Described:
         self.couples = self._kind(root, "CoSimulation")
         self.exchanges = self._kind(root, "ModelExchange")
         self.step = _number(root.find("DefaultExperiment"), "stepSize")
-        self.order = list(self._variables(root))
-        self.variables = {v.name: v for v in self.order}
         self.indicators = 0
         self.derivatives: list[Variable] = []
-        self._structure(root)
+        self.arrays: list[str] = []  # of derivatives and event indicators
+        try:
+            self.order = list(self._variables(root))
+            self.variables = {v.name: v for v in self.order}
+            self._structure(root)
+        except FmuError:
+            raise
+        except (ValueError, TypeError, LookupError) as error:
+            raise FmuError(f"the description in {path} cannot be read: {error}") from None
 
     @staticmethod
     def _kind(root: Any, tag: str) -> dict[str, str] | None:
@@ -130,12 +138,15 @@ class Described:
         if self.version == 2:
             self.indicators = int(root.get("numberOfEventIndicators", 0))
             rows = root.findall("ModelStructure/Derivatives/Unknown")
-            self.derivatives = [self.order[int(row.get("index")) - 1] for row in rows]
+            by = dict(enumerate(self.order, 1))
+            self.derivatives = [by[int(row.get("index"))] for row in rows]
             return
         by = {v.reference: v for v in self.order}
-        self.indicators = len(root.findall("ModelStructure/EventIndicator"))
+        events = [by[int(row.get("valueReference"))] for row in root.findall("ModelStructure/EventIndicator")]
         rows = root.findall("ModelStructure/ContinuousStateDerivative")
+        self.indicators = len(events)
         self.derivatives = [by[int(row.get("valueReference"))] for row in rows]
+        self.arrays = [v.name for v in (*self.derivatives, *events) if v.is_array]
 
     def state(self, derivative: Variable) -> Variable:
         """Whose derivative it is. Raises FmuError."""
@@ -197,7 +208,7 @@ class Unpacked:
 
                     Finalize(self, _remove, (self.folder, os.getpid()), exitpriority=0)
                 file.extractall(self.folder)
-        except (zipfile.BadZipFile, RuntimeError, NotImplementedError) as error:
+        except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError) as error:
             raise FmuError(f"{path} is no FMU: {error}") from None
         self.content = [os.path.join(at, f) for at, _, files in os.walk(self.folder) for f in files]
         self.folders = [at for at, _, _ in os.walk(self.folder, topdown=False)]

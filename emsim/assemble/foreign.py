@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 
 from ..cards.fmu import Fmu
-from ..described import NUMBERS, FmuError, Unpacked, Variable
+from ..described import FLOATS, NUMBERS, FmuError, Unpacked, Variable
 from ..diagnostics import Diagnostic, OutsideError, suggest
 from ..expr import Node
 
@@ -85,6 +85,10 @@ class Foreign:
         if found.get("canBeInstantiatedOnlyOncePerProcess") == "true" and times > 1:
             raise FmuError(
                 f"{path} can be there once (canBeInstantiatedOnlyOncePerProcess), the deck has it {times} times"
+            )
+        if is_model and of.arrays:
+            raise FmuError(
+                f"`{of.arrays[0]}` of {path} is an array: states and event indicators are single values"
             )
         return is_model, found.get("modelIdentifier", "")
 
@@ -173,6 +177,7 @@ class Foreign:
             "texts": [(v.reference, x) for v, x in parameters if isinstance(x, str)],
             "inputs": [(v.reference, v.kind) for v in self.inputs.values()],
             "outputs": [(v.reference, v.kind) for v in self.outputs.values()],
+            "rough": [v.kind in FLOATS and v.causality != "output" for v in self.outputs.values()],
             "discrete": [self._at_events(v) for v in self.inputs.values()],
             "states": [of.state(v).reference for v in of.derivatives] if self.is_model else [],
             "derivatives": [v.reference for v in of.derivatives] if self.is_model else [],
@@ -185,15 +190,13 @@ class Foreign:
 
     def _at_events(self, variable: Variable) -> bool:
         """Does an input change at events alone?"""
-        return self.is_model and (
-            variable.variability == "discrete" or variable.kind not in ("Float64", "Float32")
-        )
+        return self.is_model and (variable.variability == "discrete" or variable.kind not in FLOATS)
 
     def begins(self, ctx: Context) -> list[float]:
-        """Its states before the run: as the deck or its file says; where neither does, as an instance has them."""
+        """Its states before the run: as the deck or its file says, where that is exact; else as an instance has them."""
         states = [self.described.state(v) for v in self.described.derivatives]
         given = {id(v): self.card.lists["p"][name] for name, v in self.parameters.items()}
-        found = [given.get(id(v), v.start) for v in states]
+        found = [given.get(id(v), v.start) if v.initial == "exact" else None for v in states]
         if all(x is not None for x in found):
             return [float(x) for x in found if x is not None]
         from .._engine import Builder

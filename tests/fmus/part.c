@@ -4,7 +4,8 @@
 
    s grows by `rise` at every multiple of `every` (0: never); where x comes down to the floor 0 it bounces, v = -e v, and `hits` counts.
    Co-simulation takes Euler's steps of 1 ms. `fault`, from t = 0.5 on: 1 error, 2 discard, 3 fatal, 4 a crash, 5 exit(0), 6 a warning,
-   7 an end; 8 no instance. */
+   7 an end; 8 no instance. From the start on: 9 its next event is always now, 10 an event behind every step, 11 it begins with a jump to
+   x = 3. Derivatives are known of the states' and of outputs. */
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -91,6 +92,11 @@ static int set_whole(Part *p, const uint32_t vr[], size_t n, const int32_t value
 
 static int event(Part *p) {
     int moved = 0;
+    if (p->fault == 11 && p->hits == 0) {
+        p->x = 3;
+        p->hits = 1;
+        moved = 1;
+    }
     if (p->x <= 0 && p->v < 0) {
         p->x = 0;
         p->v = -p->e * p->v;
@@ -114,7 +120,8 @@ static int faults(Part *p, double until, int *ends) {
     case 4: *(volatile int *)8 = 1; return OK;
     case 5: exit(0);
     case 6: tell(p, WARNING, "the part is warm", p->t); return WARNING;
-    default: *ends = 1; return OK;
+    case 7: *ends = 1; return OK;
+    default: return OK;
     }
 }
 
@@ -161,6 +168,7 @@ static int begin(Part *p, double t) {
 
 static int directional(Part *p, const uint32_t of[], size_t m, const uint32_t by[], size_t n, const double seed[], double out[]) {
     for (size_t i = 0; i < m; i++) {
+        if (of[i] != DX && of[i] != DV && of[i] != X && of[i] != V && of[i] != ENERGY) return ERROR;
         out[i] = 0;
         for (size_t j = 0; j < n; j++) {
             double d = of[i] == by[j];
@@ -256,11 +264,11 @@ F(GetDirectionalDerivative)(void *c, const uint32_t of[], size_t m, const uint32
 F(NewDiscreteStates)(void *c, Info *info) {
     memset(info, 0, sizeof *info);
     info->values = event(P);
-    info->defined = P->every > 0;
-    info->next = P->next;
+    info->defined = P->every > 0 || P->fault == 9;
+    info->next = P->fault == 9 ? P->t : P->next;
     return OK;
 }
-F(CompletedIntegratorStep)(void *c, B stays, B *event, B *ends) { (void)c, (void)stays; *event = 0; *ends = P->fault == 7 && P->t > 0.5; return OK; }
+F(CompletedIntegratorStep)(void *c, B stays, B *event, B *ends) { (void)stays; *event = P->fault == 10; *ends = P->fault == 7 && P->t > 0.5; return OK; }
 F(GetDerivatives)(void *c, double dx[], size_t n) { return rates(P, dx, n); }
 #else
 typedef uint8_t B;
@@ -301,11 +309,11 @@ F(GetDirectionalDerivative)(void *c, const uint32_t of[], size_t m, const uint32
 F(UpdateDiscreteStates)(void *c, B *again, B *ends, B *nominals, B *values, B *defined, double *next) {
     *again = *ends = *nominals = 0;
     *values = event(P);
-    *defined = P->every > 0;
-    *next = P->next;
+    *defined = P->every > 0 || P->fault == 9;
+    *next = P->fault == 9 ? P->t : P->next;
     return OK;
 }
-F(CompletedIntegratorStep)(void *c, B stays, B *event, B *ends) { (void)c, (void)stays; *event = 0; *ends = P->fault == 7 && P->t > 0.5; return OK; }
+F(CompletedIntegratorStep)(void *c, B stays, B *event, B *ends) { (void)stays; *event = P->fault == 10; *ends = P->fault == 7 && P->t > 0.5; return OK; }
 F(GetContinuousStateDerivatives)(void *c, double dx[], size_t n) { return rates(P, dx, n); }
 #endif
 F(ExitInitializationMode)(void *c) { (void)c; return OK; }

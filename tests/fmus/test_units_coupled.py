@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -256,6 +257,42 @@ def test_files_that_cannot_be_used(tmp_path: Path) -> None:
     assert "can be there once" in refusal(once.replace(card, f"{card}\n{card.replace(' f ', ' g ')}"))
     tool = ALONE.format(file=part(tmp_path, 3, can='needsExecutionTool="true"'), more="")
     assert "needs the program that made it" in refusal(tool)
+
+
+def changed(file: str, old: str, new: str) -> str:
+    """The file with another description, as the card of a deck."""
+    with zipfile.ZipFile(file) as archive:
+        inside = {name: archive.read(name) for name in archive.namelist()}
+    text = inside["modelDescription.xml"].decode()
+    assert old in text
+    inside["modelDescription.xml"] = text.replace(old, new).encode()
+    with zipfile.ZipFile(file, "w") as archive:
+        for name, content in inside.items():
+            archive.writestr(name, content)
+    return f"t\nR1 a 0 1k\nFMU f {file} kind=model out=(x)\n.tran 1m 10m\n.end\n"
+
+
+def test_descriptions_that_cannot_be_read(tmp_path: Path) -> None:
+    wrong = changed(part(tmp_path, 2), '<Unknown index="3"/>', '<Unknown index="0"/>')
+    assert "E515" in refusal(wrong) and "cannot be read" in refusal(wrong)
+    wrong = changed(
+        part(tmp_path, 3), '<EventIndicator valueReference="1"/>', '<EventIndicator valueReference="one"/>'
+    )
+    assert "E515" in refusal(wrong) and "cannot be read" in refusal(wrong)
+    array = changed(part(tmp_path, 3), 'derivative="1"/>', 'derivative="1"><Dimension start="2"/></Float64>')
+    assert "`der(x)` of" in refusal(array) and "is an array" in refusal(array)
+
+
+def test_a_file_that_is_spoilt(tmp_path: Path) -> None:
+    file = Path(part(tmp_path, 3))
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", "<fmiModelDescription/>" * 100)
+        start = archive.infolist()[0].header_offset
+    content = bytearray(file.read_bytes())
+    place = start + 30 + len("modelDescription.xml")
+    content[place : place + 8] = b"\xff" * 8
+    file.write_bytes(content)
+    assert "E515" in refusal(ALONE.format(file=file, more=""))
 
 
 @pytest.mark.parametrize(

@@ -130,6 +130,36 @@ def test_time_events(tmp_path: Path, version: int) -> None:
     assert np.asarray(result["f.s"])[-1] == 10
 
 
+@VERSIONS
+def test_events_behind_every_step(tmp_path: Path, version: int) -> None:
+    """Steps do not shrink by them, and the run ends where it is to."""
+    result = ran(part(tmp_path, version), "out=(x) p=(k=9 g=18 fault=10)", options="reltol=1e-5", shown="f.x")
+    t = np.asarray(result["time"])
+    assert np.abs(np.asarray(result["f.x"]) - (2.0 - np.cos(3 * t))).max() < 1e-3
+    assert t[-1] == 2.0
+
+
+@VERSIONS
+def test_states_that_jump_as_it_begins(tmp_path: Path, version: int) -> None:
+    """x = 2 + cos 3t from x = 3, which it takes in its first event."""
+    result = ran(part(tmp_path, version), "out=(x v) p=(k=9 g=18 fault=11)")
+    t, x = np.asarray(result["time"]), np.asarray(result["f.x"])
+    assert np.abs(x - (2.0 + np.cos(3 * t)))[t > 0].max() < 1e-5
+
+
+@VERSIONS
+def test_what_is_no_output_is_read_too(tmp_path: Path, version: int) -> None:
+    """Its derivatives are differences: a source drives an input by what is local."""
+    result = ran(
+        part(tmp_path, version), "in=(u=-0.5*f.a) out=(x a='der(v)' t=time) p=(k=9 g=18)", shown="f.x f.a f.t"
+    )
+    t = np.asarray(result["time"])
+    x = 2.0 - np.cos(np.sqrt(6.0) * t)
+    assert np.abs(np.asarray(result["f.x"]) - x).max() < 1e-5
+    assert np.abs(np.asarray(result["f.a"]) - 6.0 * (2.0 - x)).max() < 1e-4
+    assert np.abs(np.asarray(result["f.t"]) - t).max() < 1e-9
+
+
 def test_two_of_one_file_and_one_for_co_simulation(tmp_path: Path) -> None:
     file = part(tmp_path, 3)
     text = f"""three
@@ -168,7 +198,12 @@ R2 o 0 1k
 @VERSIONS
 @pytest.mark.parametrize(
     ("fault", "said"),
-    [(1, "gives Error: the part is broken"), (7, "ends the simulation"), (8, "does not begin")],
+    [
+        (1, "gives Error: the part is broken"),
+        (7, "ends the simulation"),
+        (8, "does not begin"),
+        (9, "its next event at a time that has passed"),
+    ],
 )
 def test_failures_are_told(tmp_path: Path, version: int, fault: int, said: str) -> None:
     with pytest.raises(ConvergenceError, match="E516") as caught:

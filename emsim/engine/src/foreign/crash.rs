@@ -82,8 +82,9 @@ mod handlers {
             unsafe {
                 let mut now: libc::stack_t = std::mem::zeroed();
                 if libc::sigaltstack(std::ptr::null(), &mut now) == 0 && now.ss_flags & libc::SS_DISABLE != 0 {
-                    // a stack of its own for the handler: that of the thread may be what has overflowed
-                    let room = Box::leak(vec![0u8; libc::SIGSTKSZ].into_boxed_slice());
+                    // a stack of its own for the handler: that of the thread may be what has overflowed. (With registers of
+                    // wide vector units the system writes down 11 kB there before the handler begins, more than SIGSTKSZ on Linux.)
+                    let room = Box::leak(vec![0u8; 4 * libc::SIGSTKSZ].into_boxed_slice());
                     let own = libc::stack_t { ss_sp: room.as_mut_ptr().cast(), ss_flags: 0, ss_size: room.len() };
                     libc::sigaltstack(&own, std::ptr::null_mut());
                 }

@@ -19,11 +19,16 @@ struct Running {
     kept: Weak<Kept>,
     /// when its own next event is
     next: Option<f64>,
+    /// where its states jumped as it began: the run goes on from there
+    jumped: Option<Vec<f64>>,
     /// after an error that is not of the point alone
     failed: Option<String>,
     /// why the last point could not be evaluated
     refused: Option<String>,
 }
+
+/// An instance, its next event, and where its states jumped.
+type Made = (Box<dyn Calls>, Option<f64>, Option<Vec<f64>>);
 
 pub struct Exchange {
     pub spec: Arc<Spec>,
@@ -86,7 +91,9 @@ impl Exchange {
         if running.calls.is_none() {
             let made = self.made(t, u);
             match made {
-                Ok((calls, next)) => (running.calls, running.next) = (Some(calls), next),
+                Ok((calls, next, jumped)) => {
+                    (running.calls, running.next, running.jumped) = (Some(calls), next, jumped);
+                }
                 Err(said) => {
                     running.failed = Some(said.clone());
                     return Err(said);
@@ -96,11 +103,16 @@ impl Exchange {
         running.calls.as_mut().ok_or_else(|| "there is no instance".into())
     }
 
-    fn made(&self, t: f64, u: Option<&[f64]>) -> Result<(Box<dyn Calls>, Option<f64>), String> {
+    fn made(&self, t: f64, u: Option<&[f64]>) -> Result<Made, String> {
         let mut calls = begun(&self.spec, t, u.filter(|u| u.iter().all(|u| u.is_finite())))?;
         let updated = iterate(&mut *calls)?;
         calls.enter_continuous()?;
-        Ok((calls, updated.next))
+        let mut jumped = vec![0.0; self.spec.states.len()];
+        let moved = updated.moved && !jumped.is_empty();
+        if moved {
+            calls.states(&mut jumped)?;
+        }
+        Ok((calls, updated.next, moved.then_some(jumped)))
     }
 
     /// Derivatives, outputs, indicators of `v`: states, inputs, time; with `slopes` of each of these by each of v, row after row. NaN where the
@@ -134,12 +146,14 @@ impl Exchange {
         if exact {
             point.directional(&mut **calls, slopes, ports)?;
         }
+        // indicators, the time and what is no output are no part of what an FMU differentiates
+        let outputs = nx..nx + self.spec.outputs.len();
+        let apart = |row: usize| row >= outputs.end || outputs.contains(&row) && self.spec.rough[row - nx];
         let mut near = vec![0.0; rows];
         let mut at = v.to_vec();
         for k in 0..ports {
-            // indicators and the time are no part of what an FMU differentiates
-            let first = if exact && k < ports - 1 { rows - self.spec.indicators } else { 0 };
-            if first == rows {
+            let asked: Vec<usize> = (0..rows).filter(|&row| !exact || k == ports - 1 || apart(row)).collect();
+            if asked.is_empty() {
                 continue;
             }
             // truncation and rounding are alike over the square root of the latter, in parts of the value, or of 1
@@ -149,7 +163,7 @@ impl Exchange {
             point.put(&mut **calls, &at)?;
             point.read(&mut **calls, &mut near)?;
             at[k] = v[k];
-            for row in first..rows {
+            for row in asked {
                 slopes[row * ports + k] = (near[row] - out[row]) / h;
             }
         }
@@ -212,8 +226,8 @@ impl Point<'_> {
     fn directional(&self, calls: &mut dyn Calls, slopes: &mut [f64], ports: usize) -> Result<(), String> {
         let spec = self.spec;
         // (whole numbers have no derivatives)
-        let smooth = |v: &&super::Variable| matches!(v.kind, Kind::Float64 | Kind::Float32);
-        let outputs = spec.outputs.iter().enumerate().filter(|(_, v)| smooth(v));
+        let smooth = |v: &super::Variable| matches!(v.kind, Kind::Float64 | Kind::Float32);
+        let outputs = spec.outputs.iter().enumerate().filter(|&(j, v)| smooth(v) && !spec.rough[j]);
         let outputs = outputs.map(|(j, v)| (spec.states.len() + j, v.reference));
         let (rows, unknowns): (Vec<usize>, Vec<u32>) =
             spec.derivatives.iter().copied().enumerate().chain(outputs).unzip();
@@ -258,7 +272,12 @@ pub struct Place {
     kept: Option<Arc<Kept>>,
     /// inputs at its last event
     given: Vec<f64>,
+    /// so often it has asked, one event after the other, for the next at a time that is not ahead
+    stands: u32,
 }
+
+/// ... and so often it may, before it never comes to an end: times are rounded, so that a few are none of its faults.
+const STANDS: u32 = 100;
 
 impl Clone for Place {
     fn clone(&self) -> Place {
@@ -270,13 +289,15 @@ impl Clone for Place {
             number: self.number,
             kept,
             given: self.given.clone(),
+            stands: self.stands,
         }
     }
 }
 
 impl Place {
     pub fn new(seat: &Seat) -> Place {
-        Place { of: seat.of.clone(), asked: false, next: f64::INFINITY, number: None, kept: None, given: Vec::new() }
+        let of = seat.of.clone();
+        Place { of, asked: false, next: f64::INFINITY, number: None, kept: None, given: Vec::new(), stands: 0 }
     }
 
     fn keep(&self) -> Option<Arc<Kept>> {
@@ -305,8 +326,10 @@ impl Place {
         if running.state == number {
             return;
         }
+        let instance = running.instance;
         let done = match (&self.kept, &mut running.calls) {
-            (Some(kept), Some(calls)) => calls.put_back(kept.state),
+            // (what was kept of another instance has gone with it)
+            (Some(kept), Some(calls)) if kept.instance == instance => calls.put_back(kept.state),
             _ => Err("the run goes back, and it cannot (canGetAndSetFMUState is not set)".into()),
         };
         match done {
@@ -320,12 +343,19 @@ impl Place {
         self.asked = false;
         let of = self.of.clone();
         let mut running = of.lock();
-        let states: Vec<f64> = seat.states.iter().map(|&k| x[k]).collect();
         let inputs: Vec<f64> = seat.inputs.iter().map(|&k| x[k]).collect();
+        of.ready(&mut running, t, Some(&inputs))?;
+        let jumped = running.jumped.take();
+        let moved = jumped.is_some();
+        let states = jumped.unwrap_or_else(|| seat.states.iter().map(|&k| x[k]).collect());
         let calls = of.ready(&mut running, t, Some(&inputs))?;
         let done = at_event(&of.spec, &mut **calls, (&states, &inputs), t);
         let (updated, found, indicators) = done.inspect_err(|said| running.failed = Some(said.clone()))?;
-        if updated.moved {
+        self.stands = if updated.next.is_some_and(|next| next <= t) { self.stands + 1 } else { 0 };
+        if self.stands > STANDS {
+            return Err("it asks for its next event at a time that has passed, again and again".into());
+        }
+        if updated.moved || moved {
             seat.states.iter().zip(found).for_each(|(&k, value)| x[k] = value);
         }
         running.states += 1;

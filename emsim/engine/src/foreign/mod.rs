@@ -81,6 +81,8 @@ pub struct Spec {
     /// of each input: does it change at events alone
     pub discrete: Vec<bool>,
     pub outputs: Vec<Variable>,
+    /// of each output: a number that is no output of the FMU's, whose slopes are differences
+    pub rough: Vec<bool>,
     /// of model exchange: value references of the states and of their derivatives
     pub states: Vec<u32>,
     pub derivatives: Vec<u32>,

@@ -117,8 +117,9 @@ impl Instance {
         if status <= Status::Warning {
             return Ok(());
         }
-        // after an error it may be freed, and no more; after a fatal one not even that
-        (self.begun, self.broken) = (false, status == Status::Fatal);
+        // after an error it may be freed, and no more; after a fatal one not even that; what is discarded may be asked at another point
+        self.begun &= status == Status::Discard;
+        self.broken = status == Status::Fatal;
         Err(failed(function, status, &self.journal.reason()))
     }
 }

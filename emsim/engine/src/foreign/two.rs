@@ -123,8 +123,9 @@ impl Instance {
         if status <= Status::Warning {
             return Ok(());
         }
-        // after an error it may be freed, and no more; after a fatal one not even that
-        (self.begun, self.broken) = (false, status == Status::Fatal);
+        // after an error it may be freed, and no more; after a fatal one not even that; what is discarded may be asked at another point
+        self.begun &= status == Status::Discard;
+        self.broken = status == Status::Fatal;
         Err(failed(function, status, &self.journal.reason()))
     }
 }
@@ -177,7 +178,9 @@ impl Calls for Instance {
                 Kind::Boolean => done!(self, get_boolean, c"fmi2GetBoolean", vr, n, whole.as_mut_ptr())?,
                 _ => done!(self, get_integer, c"fmi2GetInteger", vr, n, whole.as_mut_ptr())?,
             }
-            values.iter_mut().zip(whole).for_each(|(value, whole)| *value = f64::from(whole));
+            // (in C any number but 0 is true)
+            let number = |whole: c_int| if kind == Kind::Boolean { c_int::from(whole != 0) } else { whole };
+            values.iter_mut().zip(whole).for_each(|(value, whole)| *value = f64::from(number(whole)));
         }
         Ok(())
     }

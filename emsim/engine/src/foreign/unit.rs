@@ -11,6 +11,8 @@ struct Running {
     state: u64,
     states: u64,
     at: f64,
+    /// can it be taken back
+    returns: bool,
     /// which state was kept last
     last: (u64, Weak<Kept>),
 }
@@ -53,7 +55,7 @@ impl Unit {
     /// The state that it is in, where there is one and it can be kept.
     fn keep(&self) -> Option<Arc<Kept>> {
         let mut of = self.of.lock().ok()?;
-        let running = of.as_mut().filter(|running| running.state == self.state)?;
+        let running = of.as_mut().filter(|running| running.returns && running.state == self.state)?;
         if running.last.0 == running.state {
             if let Some(kept) = running.last.1.upgrade() {
                 return Some(kept);
@@ -120,7 +122,7 @@ impl Unit {
         }
         let mut calls = begun(spec, t, Some(inputs))?;
         calls.get(&spec.outputs, outputs)?;
-        *of = Some(Running { calls, state: 0, states: 0, at: t, last: (0, Weak::new()) });
+        *of = Some(Running { calls, state: 0, states: 0, at: t, returns: spec.returns, last: (0, Weak::new()) });
         Ok(())
     }
 }

@@ -576,9 +576,12 @@ impl<'a, S: Sink> Run<'a, S> {
                 return;
             }
             self.detector.accept(sys, self.w, &self.x, self.t, &mut self.check);
-            if self.hear() {
+            if self.hear() && self.until - self.t > self.slack {
                 self.step_event(step, method);
-                s.h = if fixed { s.h } else { (0.1 * step).max(smallest) };
+                if !fixed {
+                    // (not a part of this step: an FMU may ask behind every one)
+                    s.h = (0.1 * (self.stop - self.t).min(s.normal).min(tmax)).max(smallest);
+                }
                 continue;
             }
             if !(lands && self.t >= self.stop) {

@@ -33,6 +33,7 @@ pub fn spec(d: &Bound<'_, PyDict>) -> PyResult<Arc<Spec>> {
         inputs: all("inputs")?,
         discrete: get("discrete")?.extract()?,
         outputs: all("outputs")?,
+        rough: get("rough")?.extract()?,
         states: get("states")?.extract()?,
         derivatives: get("derivatives")?.extract()?,
         indicators: get("indicators")?.extract()?,
