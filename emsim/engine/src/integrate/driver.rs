@@ -576,7 +576,7 @@ impl<'a, S: Sink> Run<'a, S> {
                 return;
             }
             self.detector.accept(sys, self.w, &self.x, self.t, &mut self.check);
-            if self.hear() && self.until - self.t > self.slack {
+            if self.hear() && self.same(self.t) < self.until {
                 self.step_event(step, method);
                 if !fixed {
                     // (not a part of this step: an FMU may ask behind every one)
