@@ -282,9 +282,8 @@ impl Radau {
     }
 
     /// What a step that begins anew has on one curve with its start, to the tolerance: a transient, and what algebraic unknowns were,
-    /// is not; the node of a source is, however far its curve bends within the step. So is what lies as near to the curve through
-    /// the stages as the one through all but the first of them does: no polynomial of theirs knows better. (Steps of one length keep
-    /// to no tolerance.)
+    /// is not; the node of a source is, however far its curve bends within the step. Steps of one length keep to
+    /// no tolerance: there the start is to lie as near to the curve through the stages as the one through all but the first of them does.
     fn find_smooth(&mut self, tol: &Tolerances) {
         let (back, fewer, s) = (dense::back(self.scheme), dense::back_without_first(self.scheme), self.scheme.s);
         let at_start = |weights: &[f64], stages: &[Vec<f64>], i: usize| {
@@ -293,9 +292,12 @@ impl Radau {
         for i in 0..self.x0.len() {
             let start = at_start(back, &self.stage, i);
             let off = (self.x0[i] - start).abs();
-            let known = (start - at_start(fewer, &self.stage[1..], i)).abs();
-            let near = off <= known.max(tol.weight(i, self.x0[i], self.stage[s - 1][i]));
-            self.smooth[i] = if self.fixed { near } else { self.corrected[i] && (self.given[i] || near) };
+            let allowed = tol.weight(i, self.x0[i], self.stage[s - 1][i]);
+            self.smooth[i] = if self.fixed {
+                off <= allowed.max((start - at_start(fewer, &self.stage[1..], i)).abs())
+            } else {
+                self.corrected[i] && (self.given[i] || off <= allowed)
+            };
         }
     }
 
