@@ -276,9 +276,6 @@ pub struct Place {
     stands: u32,
 }
 
-/// ... and so often it may, before it never comes to an end: times are rounded, so that a few are none of its faults.
-const STANDS: u32 = 100;
-
 impl Clone for Place {
     fn clone(&self) -> Place {
         let kept = self.kept.clone().or_else(|| self.keep());
@@ -352,7 +349,8 @@ impl Place {
         let done = at_event(&of.spec, &mut **calls, (&states, &inputs), t);
         let (updated, found, indicators) = done.inspect_err(|said| running.failed = Some(said.clone()))?;
         self.stands = if updated.next.is_some_and(|next| next <= t) { self.stands + 1 } else { 0 };
-        if self.stands > STANDS {
+        // times are rounded, so that a few are none of its faults
+        if self.stands > 100 {
             return Err("it asks for its next event at a time that has passed, again and again".into());
         }
         if updated.moved || moved {
