@@ -147,6 +147,7 @@ def test_a_planar_machine_is_seen_straight_on_as_solids(page_of: Any) -> None:
     """By a switch: as many parts as a film has, at the places that the flat picture has; what hides what is the bodies' order."""
     deck = str(ROOT / "coupled/slider_crank_hbridge.cir")
     page = page_of(deck)
+    page.set_default_timeout(180_000)  # light is computed by the processor here
     where = "() => window.emsim.machine.scene.points.map((p) => window.emsim.machine.place(p.at))"
     page.evaluate("() => { const { clock } = window.emsim; clock.play(false); clock.set(0.02); }")
     flat = page.evaluate(where)
