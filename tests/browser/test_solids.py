@@ -150,6 +150,7 @@ def test_a_planar_machine_is_seen_straight_on_as_solids(page_of: Any) -> None:
     page.set_default_timeout(180_000)  # light is computed by the processor here
     where = "() => window.emsim.machine.scene.points.map((p) => window.emsim.machine.place(p.at))"
     page.evaluate("() => { const { clock } = window.emsim; clock.play(false); clock.set(0.02); }")
+    page.wait_for_function("() => Math.abs(window.emsim.machine.t - 0.02) < 1e-9")
     flat = page.evaluate(where)
     page.check("#solid")
     page.wait_for_function("() => window.emsim.machine.solids?.depth")
