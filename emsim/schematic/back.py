@@ -11,6 +11,7 @@ import re
 from collections import defaultdict
 from itertools import combinations, pairwise, product
 
+from ..sheets.nets import Ties
 from .boxes import amplifier
 from .coils import written
 from .reads import GROUND, reads, terminals
@@ -34,22 +35,6 @@ TURNS = [(quarter, mirrored) for mirrored in (False, True) for quarter in range(
 
 class Unreadable(Exception):
     """What cannot be read."""
-
-
-class Ties:
-    """Things that are connected: Tarjan's disjoint sets."""
-
-    def __init__(self) -> None:
-        self.of: dict[Hashable, Hashable] = {}
-
-    def root(self, a: Hashable) -> Hashable:
-        self.of.setdefault(a, a)
-        while self.of[a] != a:
-            self.of[a] = a = self.of[self.of[a]]
-        return a
-
-    def tie(self, a: Hashable, b: Hashable) -> None:
-        self.of[self.root(a)] = self.root(b)
 
 
 class Seen:

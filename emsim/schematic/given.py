@@ -10,10 +10,11 @@ from itertools import pairwise
 from math import hypot
 
 from . import symbols
+from .back import TURNS
 from .circuit import Circuit
 from .layout import turned
-from .picture import MARGIN, flow, placed, runs, writing
-from .symbols import UNIT, ground
+from .picture import flow, in_pixels, runs, writing
+from .symbols import ground
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from .symbols import Symbol
 
     Spot = tuple[float, float]
-
-TURNS: list[Turn] = [(quarter, mirrored) for mirrored in (False, True) for quarter in range(4)]
 
 
 def given(flat: FlatDeck, inside: str = "") -> Sheet | None:
@@ -227,28 +226,10 @@ class Given:
         written = [writing(*text) for part in parts for text in part["texts"]]
         written += [writing(*name[:4]) for name in names]
         spots += [p for x0, y0, x1, y1 in written for p in ((x0, y0), (x1, y1))]
-        left, top, right, bottom = _hull(spots)
-
-        def x_(x: float) -> float:
-            return round(MARGIN + UNIT * (x - left), 1)
-
-        def y_(y: float) -> float:
-            return round(MARGIN + UNIT * (y - top), 1)
-
-        for part in parts:
-            part["strokes"] = [placed(s, x_, y_) for s in part["strokes"]]
-            part["texts"] = [[x_(x), y_(y), anchor, words] for x, y, anchor, words in part["texts"]]
-            x0, y0, x1, y1 = part["box"]
-            part["box"] = [x_(x0), y_(y0), x_(x1), y_(y1)]
-            part["pins"] = [[x_(x), y_(y), net] for x, y, net in part["pins"]]
-        for wire in wires:
-            wire["points"] = [[x_(x), y_(y)] for x, y in wire["points"]]
+        nets = dict.fromkeys([w["net"] for w in wires] + [p[2] for part in parts for p in part["pins"]])
         return {
-            "width": round(2 * MARGIN + UNIT * (right - left)), "height": round(2 * MARGIN + UNIT * (bottom - top)),
-            "look": self.look, "inside": self.circuit.inside, "note": "", "parts": parts, "wires": wires,
-            "dots": [[x_(x), y_(y), net] for x, y, net in dots],
-            "names": [[x_(x), y_(y), anchor, words, net] for x, y, anchor, words, net in names],
-            "nets": list(dict.fromkeys([w["net"] for w in wires] + [p[2] for part in parts for p in part["pins"]])),
+            "look": self.look, "inside": self.circuit.inside, "note": self.note(), "nets": list(nets),
+            **in_pixels(parts, wires, dots, names, _hull(spots)),
         }  # fmt: skip
 
 

@@ -74,28 +74,10 @@ class Picture:
         names += self._captions([*self.frames, *((x, y, x, y) for w in wires for x, y in w["points"])])
         covered = [*self.frames, *((x, y, x, y) for w in wires for x, y in w["points"])]
         lefts, tops, rights, bottoms = zip(*covered, strict=True)
-        left, top, wide_, tall = min(lefts), min(tops), max(rights) - min(lefts), max(bottoms) - min(tops)
-
-        def x_(x: float) -> float:
-            return round(MARGIN + UNIT * (x - left), 1)
-
-        def y_(y: float) -> float:
-            return round(MARGIN + UNIT * (y - top), 1)
-
-        for part in parts:
-            part["strokes"] = [placed(s, x_, y_) for s in part["strokes"]]
-            part["texts"] = [[x_(x), y_(y), anchor, words] for x, y, anchor, words in part["texts"]]
-            x0, y0, x1, y1 = part["box"]
-            part["box"] = [x_(x0), y_(y0), x_(x1), y_(y1)]
-            part["pins"] = [[x_(x), y_(y), net] for x, y, net in part["pins"]]
-        for wire in wires:
-            wire["points"] = [[x_(x), y_(y)] for x, y in wire["points"]]
+        room = min(lefts), min(tops), max(rights), max(bottoms)
         return {
-            "width": round(2 * MARGIN + UNIT * wide_), "height": round(2 * MARGIN + UNIT * tall),
-            "look": look, "inside": self.circuit.inside, "note": self.note(), "parts": parts, "wires": wires,
-            "dots": [[x_(x), y_(y), net] for x, y, net in dots],
-            "names": [[x_(x), y_(y), anchor, words, net] for x, y, anchor, words, net in names],
-            "nets": list(self.circuit.pins),
+            "look": look, "inside": self.circuit.inside, "note": self.note(), "nets": list(self.circuit.pins),
+            **in_pixels(parts, wires, dots, names, room),
         }  # fmt: skip
 
     def note(self) -> str:
@@ -294,6 +276,37 @@ def _about(p: Grid) -> list[tuple[float, float, str]]:
 
 def _meet(a: Frame, b: Frame) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+def in_pixels(
+    parts: list[dict[str, Any]],
+    wires: list[dict[str, Any]],
+    dots: list[tuple[float, float, str]],
+    names: list[tuple[float, float, str, str, str]],
+    room: Frame,
+) -> dict[str, Any]:
+    """What stands in this room of the grid (left, top, right, bottom), in pixels, and how large it is. Parts and wires change."""
+    left, top, right, bottom = room
+
+    def x_(x: float) -> float:
+        return round(MARGIN + UNIT * (x - left), 1)
+
+    def y_(y: float) -> float:
+        return round(MARGIN + UNIT * (y - top), 1)
+
+    for part in parts:
+        part["strokes"] = [placed(s, x_, y_) for s in part["strokes"]]
+        part["texts"] = [[x_(x), y_(y), anchor, words] for x, y, anchor, words in part["texts"]]
+        x0, y0, x1, y1 = part["box"]
+        part["box"] = [x_(x0), y_(y0), x_(x1), y_(y1)]
+        part["pins"] = [[x_(x), y_(y), net] for x, y, net in part["pins"]]
+    for wire in wires:
+        wire["points"] = [[x_(x), y_(y)] for x, y in wire["points"]]
+    return {
+        "width": round(2 * MARGIN + UNIT * (right - left)), "height": round(2 * MARGIN + UNIT * (bottom - top)),
+        "parts": parts, "wires": wires, "dots": [[x_(x), y_(y), net] for x, y, net in dots],
+        "names": [[x_(x), y_(y), anchor, words, net] for x, y, anchor, words, net in names],
+    }  # fmt: skip
 
 
 def placed(stroke: list[Any], x_: Any, y_: Any) -> list[Any]:
