@@ -32,7 +32,7 @@ def test_what_moves_in_one_of_two_runs_is_told(monkeypatch, other):
     coordinates = [SimpleNamespace(q_name=name, u_name="") for name in ("x(a)", "x(b)")]
     machine = SimpleNamespace(found=SimpleNamespace(dof=6), all_coordinates=lambda: coordinates)
     again = Waves([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], other)
-    system = SimpleNamespace(names=["x(a)", "x(b)"], tran=lambda *_: again)
+    system = SimpleNamespace(names=["x(a)", "x(b)"], tran=lambda *_, **_given: again)
     sink = SimpleNamespace(warning=lambda code, *_: told.append(code))
     assembly = SimpleNamespace(machine=machine, options={}, system=system, flat=SimpleNamespace(sink=sink))
     waves = Waves([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], [0.0, 0.5, 1.0])
