@@ -43,6 +43,19 @@ def test_files_of_tests_have_names_of_their_own():
     assert [name for name, files in names.items() if files > 1] == []
 
 
+def test_files_of_tests_import_no_package_of_tests():
+    # there is none: `python -m pytest` finds the folder beside it, the README's `pytest` does not
+    tests = Path(__file__).parents[1]
+    found = [
+        path.name
+        for path in tests.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if (isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "tests")
+        or (isinstance(node, ast.Import) and any(a.name.split(".")[0] == "tests" for a in node.names))
+    ]
+    assert found == []
+
+
 RUST = """
 /// Said.
 pub const SAID: f64 = 1.0;

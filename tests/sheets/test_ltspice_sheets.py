@@ -8,12 +8,12 @@ import sys
 
 import numpy as np
 import pytest
+from support import needs_ngspice
 
 import emsim
 from emsim import pipeline
 from emsim.schematic.picture import draw
 from emsim.sheets.ltspice_symbols import standard
-from tests.support import needs_ngspice
 
 # x and y of a symbol's point in the drawing, by turn
 TURNS = {
