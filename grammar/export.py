@@ -1,5 +1,5 @@
-"""Writes the tables of the grammars for the engine's own parser: emsim/engine/src/syntax/tables.txt for decks,
-emsim/engine/src/veriloga/tables.txt for Verilog-A.
+"""Writes the tables of the grammars for the engine's own parser: emsim/engine/syntax/src/tables.txt for decks,
+emsim/engine/veriloga/src/tables.txt for Verilog-A.
 
 python grammar/export.py          rewrite the files
 python grammar/export.py --check  exit 1 if one is out of date
@@ -10,7 +10,7 @@ possible match, length of the pattern, name), which keyword a word turns into ("
 become children. Regular expressions are taken apart by Python's own `re`, so that the engine's matcher means the
 same by each of them. States are renumbered along their transitions: the file depends on the grammar alone.
 
-The format: a line with the count opens each section, one line an item. See emsim/engine/src/syntax/table.rs.
+The format: a line with the count opens each section, one line an item. See emsim/engine/syntax/src/table.rs.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-ENGINE = HERE.parent / "emsim" / "engine" / "src"
+ENGINE = HERE.parent / "emsim" / "engine"
 sys.path.insert(0, str(HERE.parent))
 
 from lark import Lark  # noqa: E402
@@ -218,7 +218,7 @@ def _lexer(basic, symbol: dict[str, int]) -> str:
     return " ".join(words)
 
 
-TARGETS = {ENGINE / "syntax" / "tables.txt": deck, ENGINE / "veriloga" / "tables.txt": veriloga}
+TARGETS = {ENGINE / "syntax" / "src" / "tables.txt": deck, ENGINE / "veriloga" / "src" / "tables.txt": veriloga}
 
 if __name__ == "__main__":
     for target, made in TARGETS.items():

@@ -67,7 +67,7 @@ def facts(assembly: Assembly, planned: list[Analysis]) -> dict[str, Any]:
 def _tolerances(assembly: Assembly) -> list[dict[str, Any]]:
     """Absolute tolerances and where each comes from."""
     options, size = assembly.options, assembly.ctx.scale
-    # the rules of engine/src/tolerances.rs in words
+    # the rules of engine/dae/src/tolerances.rs in words
     length = f"{size.length:g} m ({size.length_of})" if size and size.length else "1 mm (no length is stated)"
     mass = f"{size.mass:g} kg ({size.mass_of})" if size and size.mass else "1 g (no mass is stated)"
     sources = {

@@ -1,7 +1,7 @@
 """`.sens v(out) [i(v1) ..] tran [by r c1 m1(ke) ..]`: how a transient changes with parameters, as waveforms.
 
 The derivatives of the outputs by each parameter, along the run of the deck's .tran, by forward sensitivities of the equations
-beside the run (engine/src/tangent.rs). Columns: time, the outputs, and sens(v(out),r) in units of the output over those of
+beside the run (engine/dae/src/tangent.rs). Columns: time, the outputs, and sens(v(out),r) in units of the output over those of
 the parameter. Without `by`: every .param of the deck, or, where there is none, the values of its R, C, L, V and I.
 
 The engine has the derivatives by the unknowns exactly. Those by a parameter are differences of fourth order of the equations

@@ -1,4 +1,4 @@
-"""CLOCK, BLOCK, PWM and FMUs for co-simulation as rules of the engine (engine/src/clocked.rs).
+"""CLOCK, BLOCK, PWM and FMUs for co-simulation as rules of the engine (engine/dae/src/clocked.rs).
 
 A rule is an expression of what is just before a tick. Signals of the same clock are put into each other, so that one program
 gives them all; x[-1] is a signal of its own that takes over x before x is computed. Signals are computed in the order of what

@@ -1,4 +1,4 @@
-"""Laws with modes: unknowns, flags and rows (cards/laws.py says what they are, engine/src/modes.rs decides their modes).
+"""Laws with modes: unknowns, flags and rows (cards/laws.py says what they are, engine/dae/src/modes.rs decides their modes).
 
     relay     sticks: w = 0            slides: f + s F = 0         s: sign of w; held by others: f + s Fs = 0, s a share
     corner    open:   f = 0, mu = 0    closed: dg/dt = 0, g = 0    (stabilised as closed loops are, see equations.py)

@@ -53,11 +53,11 @@ class Option:
         self.least, self.reader, self.whole = least, reader, whole
 
 
-_TOLERANCES, _RUN, _CIRCUIT = "engine/src/tolerances.rs", "engine/src/py/system.rs", "assemble/circuit.py"
+_TOLERANCES, _RUN, _CIRCUIT = "engine/dae/src/tolerances.rs", "engine/src/py/system.rs", "assemble/circuit.py"
 # Only what is given is passed on: the engine's defaults are ngspice 39's (cktntask.c), with the absolute tolerances following a
 # reltol tighter than 1e-3 unless they are given too.
 OPTIONS = {option.name: option for option in (
-    Option("method", "", "auto", "integration method", None, "engine/src/integrate/mod.rs"),
+    Option("method", "", "auto", "integration method", None, "engine/integrate/src/lib.rs"),
     Option("formulation", "", "auto", "coordinates of the machine: of joints, or of bodies (absolute), as long chains have them",
            None, "assemble/__init__.py"),
     Option("dialect", "", "-", "how the deck is read where they differ: ngspice, ltspice, pspice; see `emsim help dialects`",
@@ -110,7 +110,7 @@ SILENT = frozenset(SILENT_WORDS.split())
 def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, Any]:
     """Options of a deck under those given from outside (`above`: command line, Python), which win.
 
-    Without a method, the engine chooses (engine/src/integrate/auto.rs); `trap` and `gear` mean what they mean in ngspice.
+    Without a method, the engine chooses (engine/integrate/src/auto.rs); `trap` and `gear` mean what they mean in ngspice.
     """
     sink = flat.sink
     above = {key.lower(): value for key, value in (above or {}).items()}

@@ -1,6 +1,6 @@
 """How large a machine is: the largest length and the largest mass that its cards state.
 
-The absolute tolerances of lengths, velocities and forces are shares of them (engine/src/tolerances.rs), so that a comb
+The absolute tolerances of lengths, velocities and forces are shares of them (engine/dae/src/tolerances.rs), so that a comb
 drive of micrometres and a crane of tens of metres are both held to what they are made of. Lengths are what cards have in
 metres: shapes, points on bodies, coordinates of slides, ends of stops, rests of springs. What is only reached while the deck runs
 is not known here; the relative tolerance follows it.

@@ -112,7 +112,7 @@ class Rows:
 
     def delay(self, e: Expr, td: float, name: str, initial: float = 0.0) -> Expr:
         """What e was `td` [s] ago, a current unknown of its own; at the DC point e itself, before a start from given values
-        `initial`. Runs keep what was, small signals turn its phase (engine/src/system/delays.rs)."""
+        `initial`. Runs keep what was, small signals turn its phase (engine/dae/src/system/delays.rs)."""
         b = self.b
         index = b.unknown(name, "branch", "A", initial)
         past = b.wave_expr(b.delay(index, e, td, initial))

@@ -1,6 +1,6 @@
 """The energy ledger of a run: supplied, stored and dissipated by every element and card, and what does not balance.
 
-The residual is a certificate: a solution without error leaves none (see assemble/accounts.py and engine/src/ledger.rs).
+The residual is a certificate: a solution without error leaves none (see assemble/accounts.py and engine/dae/src/ledger.rs).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The order that a circuit's netlist holds: what the signal comes to first, what lies higher, what belongs together.
 
 From it follow how a part stands (`falls`, `mirrored`) and what is wished of two parts (`wishes`): (what, a, b, weight), see
-engine/src/schematic.rs.
+engine/schematic/src/lib.rs.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A device of the engine is one file in engine/src/devices/ and its line in REGISTRY: a JFET (device_example.rs) in a copy.
+"""A device of the engine is one file in engine/dae/src/devices/ and its line in REGISTRY: a JFET (device_example.rs) in a copy.
 
 It has three terminals, two inner nodes behind rd and rs, junctions whose steps are limited, and charges. Nothing else is
 edited: matrix places, exact derivatives, four at a time, explicit methods, energy and the Python face follow from its law.
@@ -24,7 +24,7 @@ pytestmark = [pytest.mark.builds, pytest.mark.skipif(shutil.which("cargo") is No
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
     to = copied_tree(tmp_path_factory.mktemp("copy"))
-    devices = to / "emsim" / "engine" / "src" / "devices"
+    devices = to / "emsim" / "engine" / "dae" / "src" / "devices"
     shutil.copy(Path(__file__).parent / "device_example.rs", devices / "jfet.rs")
     text = (devices / "mod.rs").read_text(encoding="utf-8")
     for before, line in (("pub mod diode;\n", "pub mod jfet;\n"), ("    // one line each\n", LINE)):

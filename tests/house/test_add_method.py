@@ -1,4 +1,4 @@
-"""An integrator is one file in engine/src/integrate/ and its line in REGISTRY: one of order 2 (method_example.rs), in a copy."""
+"""An integrator is one file in engine/integrate/src/ and its line in REGISTRY: one of order 2 (method_example.rs), in a copy."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ pytestmark = [pytest.mark.builds, pytest.mark.skipif(shutil.which("cargo") is No
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
     to = copied_tree(tmp_path_factory.mktemp("copy"))
-    integrate = to / "emsim" / "engine" / "src" / "integrate"
+    integrate = to / "emsim" / "engine" / "integrate" / "src"
     shutil.copy(Path(__file__).parent / "method_example.rs", integrate / "sdirk2.rs")
-    text = (integrate / "mod.rs").read_text(encoding="utf-8")
+    text = (integrate / "lib.rs").read_text(encoding="utf-8")
     for before, line in (
         ("mod rows;\n", "mod sdirk2;\n"),
         ("const REGISTRY: &[(&[&str], Told, Maker)] = &[\n", LINE),
     ):
         assert text.count(before) == 1
         text = text.replace(before, before + line)
-    (integrate / "mod.rs").write_text(text, encoding="utf-8")
+    (integrate / "lib.rs").write_text(text, encoding="utf-8")
     build_engine(to)
     return to
 

@@ -1,5 +1,5 @@
 """XSPICE's code models, one file each; base.py says what a code model is. Those of digital parts are the engine's
-(engine/src/logic/), digital.py puts them into a circuit."""
+(engine/dae/src/logic/), digital.py puts them into a circuit."""
 
 from __future__ import annotations
 
