@@ -218,7 +218,10 @@ def _lexer(basic, symbol: dict[str, int]) -> str:
     return " ".join(words)
 
 
-TARGETS = {ENGINE / "syntax" / "src" / "tables.txt": deck, ENGINE / "veriloga" / "src" / "tables.txt": veriloga}
+TARGETS = {
+    ENGINE / "syntax" / "src" / "tables.txt": deck,
+    ENGINE / "veriloga" / "src" / "tables.txt": veriloga,
+}
 
 if __name__ == "__main__":
     for target, made in TARGETS.items():

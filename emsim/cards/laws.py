@@ -8,8 +8,8 @@ in the speeds, with a convex dissipation potential or the indicator of an inequa
     disc(relay, relay)           one law of two directions: efforts within a circle, against the flow      both, in space
 
 A stop is an ideal diode, friction a limiter of current. The power effort * flow goes into the machine: forces follow by
-differentiation. The engine knows when a mode ends and which follow (engine/dae/src/modes.rs); no card writes event logic. Once the
-compiler has seen it, a law has its `effort`, and flags of its mode.
+differentiation. The engine knows when a mode ends and which follow (engine/dae/src/modes.rs); no card writes event logic. Once
+the compiler has seen it, a law has its `effort`, and flags of its mode.
 """
 
 from __future__ import annotations

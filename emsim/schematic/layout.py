@@ -1,6 +1,6 @@
 """How a circuit is laid out: columns by signal flow, rows by voltage level.
 
-The engine searches for a placement that costs little (engine/schematic/src/lib.rs). What makes a drawing a textbook's it learns here:
+The engine searches for a placement that costs little (engine/schematic). Here it learns what makes a drawing a textbook's:
 
     variants   every way that a part may stand, with a cost: ground below, positive rails above, the current of a transistor
                downwards, parts against ground or a rail upright, parts in series lying, labels where there is room

@@ -36,7 +36,8 @@ APART = (
     "emsim/fmus/session.py", "emsim/outputs/glyphs/knife.py", "emsim/outputs/glyphs/ratio.py", "emsim/sweeps/",
     "emsim/playground/", "emsim/cli/playground.py", "emsim/cli/gallery.py", "emsim/cards/magic.py", "emsim/cards/tyre.py",
     "emsim/cli/import.py", "emsim/readers/", "emsim/robots/", "emsim/sheets/", "emsim/schematic/given.py",
-    "emsim/engine/foreign/src/", "emsim/engine/dae/src/devices/foreign.rs", "emsim/engine/src/py/foreign.rs", "emsim/build_unit.py",
+    "emsim/engine/foreign/src/", "emsim/engine/dae/src/devices/foreign.rs", "emsim/engine/src/py/foreign.rs",
+    "emsim/build_unit.py",
 )  # fmt: skip
 KNOT = 8  # modules that import each other in a circle and can still be read as one thing
 

@@ -3,17 +3,9 @@
 // machine code and vectors are not for it
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports, unused_variables))]
 
-pub use emsim_expr::{derive, graph, interrupt, lanes, stopwatch, tape, twice};
-pub use {
-    emsim_foreign as foreign, emsim_schematic as schematic, emsim_sparse as sparse, emsim_syntax as syntax,
-    emsim_veriloga as veriloga,
-};
-
-pub use emsim_dae::{
-    assembly, bounds, clocked, conditions, devices, edges, events, hidden, invariants, islands, ledger, logic, model,
-    modes, newton, op, passive, raw, record, reduced, smallsignal, system, tangent, tolerances, waves,
-};
-pub use emsim_integrate as integrate;
+pub use {emsim_dae::*, emsim_expr::*};
+pub use {emsim_foreign as foreign, emsim_integrate as integrate, emsim_schematic as schematic};
+pub use {emsim_sparse as sparse, emsim_syntax as syntax, emsim_veriloga as veriloga};
 
 pub mod curve; // a signal between its points, as measurements ask for it
 #[cfg(not(target_family = "wasm"))]

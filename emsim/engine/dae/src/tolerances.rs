@@ -286,7 +286,7 @@ impl Tolerances {
         let mut own = vec![0.0; sys.n];
         // the error of a device's own node, behind its series resistance, is a share of one volt: it stands off its terminal by a
         // current's drop, microvolts of which would otherwise be held to their own size. Accounts integrate the currents themselves
-        for node in sys.behind_resistances().filter(|_| !o.accounts) {
+        for (node, _) in sys.tied_inside().into_iter().filter(|_| !o.accounts) {
             own[node] = o.reltol;
         }
         let mut error_floor: Vec<f64> = floor.iter().zip(&own).map(|(floor, own)| floor + own).collect();

@@ -37,11 +37,8 @@ pub use multirate::pays;
 pub use session::{Place, Session};
 pub use watch::Report;
 
-use emsim_dae::{
-    clocked, events, invariants, ledger, model, modes, newton, op, record, reduced, system, tolerances, waves,
-};
-use emsim_expr::{graph, interrupt, stopwatch, tape, twice};
 use emsim_sparse as sparse;
+use {emsim_dae::*, emsim_expr::*};
 
 use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
