@@ -3,7 +3,7 @@
 // machine code and vectors are not for it
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports, unused_variables))]
 
-use emsim_expr::{derive, graph, interrupt, lanes, tape, twice};
+use emsim_expr::*;
 use {emsim_foreign as foreign, emsim_sparse as sparse, emsim_veriloga as veriloga};
 
 pub mod assembly; // constraints: position and velocity projection, rank

@@ -2,6 +2,7 @@
 //! and 3.0.2.) What an FMU is, and which of its variables the deck reads and writes, the deck's side says (`Spec`).
 //!
 //! A library that crashes ends the process, and the last words say whose it was (crash.rs).
+#![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports, unused_variables))]
 #[cfg(not(target_family = "wasm"))]
 mod crash;
 pub mod exchange;
