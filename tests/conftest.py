@@ -10,6 +10,10 @@ from typing import Any
 
 import pytest
 
+# linear algebra in one thread a process: matrices are small here, and threads that wait for each other take up to forty times the
+# processor's time of the work. Said before numpy is loaded, which is why pyproject.toml leaves out zarr's plugin
+for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
 # programs that tests start must find the installed emsim, not the source tree they are started in
 os.environ["PYTHONSAFEPATH"] = "1"
 # ... and its modules compiled: tests start thousands of programs, and compiling the sources is most of what each takes
