@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
+import warnings
 from collections.abc import Iterator
 from ctypes.util import find_library
 from typing import Any
 
 import pytest
 
+# linear algebra in one thread a process: matrices are small here, and threads that wait for each other take many times the
+# processor's time of the work. Said before numpy is loaded, which is why pyproject.toml leaves out zarr's plugin
+if "numpy" in sys.modules and "OPENBLAS_NUM_THREADS" not in os.environ:
+    warnings.warn(
+        "a plugin loads numpy before tests/conftest.py: linear algebra takes all threads", stacklevel=1
+    )
+for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
 # programs that tests start must find the installed emsim, not the source tree they are started in
 os.environ["PYTHONSAFEPATH"] = "1"
 # ... and its modules compiled: tests start thousands of programs, and compiling the sources is most of what each takes

@@ -11,6 +11,8 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -102,16 +104,23 @@ def copied_tree(to: Path) -> Path:
     return to
 
 
-def build_engine(tree: Path) -> None:
-    """Compiles a copied tree's engine and puts it where the tree's emsim imports it. One at a time: builds share a folder."""
+@contextmanager
+def compiled_parts() -> Iterator[Path]:
+    """The folder of what tests compile in the dev profile, held by one at a time: crates that the engine uses are made once."""
     import fcntl
 
     shared = ROOT / "target" / "house"
-    env = {**os.environ, "CARGO_TARGET_DIR": str(shared), "PYO3_PYTHON": sys.executable}
-    build = "cargo build -q --manifest-path emsim/engine/Cargo.toml --features extension-module"
     shared.mkdir(parents=True, exist_ok=True)
     with open(shared / "lock", "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
+        yield shared
+
+
+def build_engine(tree: Path) -> None:
+    """Compiles a copied tree's engine and puts it where the tree's emsim imports it."""
+    build = "cargo build -q --manifest-path emsim/engine/Cargo.toml --features extension-module"
+    with compiled_parts() as shared:
+        env = {**os.environ, "CARGO_TARGET_DIR": str(shared), "PYO3_PYTHON": sys.executable}
         done = subprocess.run(build.split(), cwd=tree, env=env, capture_output=True, text=True, timeout=1200)
         assert done.returncode == 0, done.stderr
         for old in (tree / "emsim").glob("_engine.*"):

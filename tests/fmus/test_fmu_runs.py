@@ -640,7 +640,7 @@ def test_memory_of_instances_is_freed(tmp_path: Path, version: int) -> None:
     """Instances made, run and freed leave nothing: 256 bytes that each would leave are seen, and so is one that is not freed."""
     path = written(tmp_path, RECTIFIER.format(source="0"), version)
     # pools of the interpreter and of the libraries fill in the first hundreds
-    phases = [(600, 0, True), (300, 0, True), (50, 256, True), (20, 0, False)]
+    phases = [(400, 0, True), (150, 0, True), (50, 256, True), (20, 0, False)]
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         _warm, clean, more, unfreed = pool.submit(left_behind, tmp_path, path, phases).result()
     assert clean[0] < 128

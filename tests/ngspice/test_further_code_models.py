@@ -272,7 +272,9 @@ BESIDE = {
 @pytest.mark.parametrize("name", BESIDE)
 def test_ngspice_computes_the_same(name, tmp_path):
     cards, signals = BESIDE[name]
-    text = f"t\n{cards}\n.options reltol=1e-6\n.control\nrun\nwrdata ng.txt {' '.join(signals)}\nquit\n.endc\n.end\n"
+    # ngspice takes a million steps for a memristor at 1e-6
+    reltol = 1e-4 if name == "memristor" else 1e-6
+    text = f"t\n{cards}\n.options reltol={reltol}\n.control\nrun\nwrdata ng.txt {' '.join(signals)}\nquit\n.endc\n.end\n"
     (tmp_path / "ng.cir").write_text(text, encoding="utf-8")
     subprocess.run(
         ["ngspice", "-b", "ng.cir"], cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, timeout=120

@@ -12,6 +12,7 @@ import math
 import random
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -35,8 +36,8 @@ class Source:
     values: list[float]
     text: str
 
-    def at(self, t: float) -> float:
-        return float(np.interp(t, self.times, self.values))
+    def at(self, times: np.ndarray) -> list[float]:
+        return np.interp(times, self.times, self.values).tolist()
 
 
 @dataclass
@@ -86,14 +87,16 @@ class Network:
     def columns(self) -> list[str]:
         return [name for name, _ in self.nodes] + [name for name, _, _ in self.switches] + ["lp"]
 
+    @cached_property
     def reference(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Values at a fine grid that holds every corner."""
         corners = {t for s in self.sources for t in s.times if 0 <= t <= SPAN}
         times = np.array(sorted({*np.linspace(0.0, SPAN, FINE + 1), *corners}))
         found: dict[str, list[float]] = {name: [] for name in self.columns()}
         y, tau, last = 0.0, 20e-6, 0.0
+        given = {s.name: s.at(times) for s in self.sources}
         for k, t in enumerate(times):
-            state: State = {s.name: s.at(t) for s in self.sources}
+            state: State = {name: values[k] for name, values in given.items()}
             for name, law in self.nodes:
                 state[name] = law(state)
                 found[name].append(state[name])
@@ -115,7 +118,7 @@ class Network:
 
     def quiet_rows(self) -> np.ndarray:
         """Numbers of rows of the print grid around which nothing bends or jumps, by the reference."""
-        times, found = self.reference()
+        times, found = self.reference
         corners = np.array(sorted({t for s in self.sources for t in s.times}))
         rows = []
         for k in range(1, ROWS):
@@ -128,6 +131,7 @@ class Network:
         return np.array(rows, dtype=int)
 
 
+@cache
 def network(seed: int) -> Network:
     rng = random.Random(seed)
     net = Network(seed)

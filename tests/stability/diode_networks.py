@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import random
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from conditional_networks import Switch
@@ -97,19 +98,22 @@ class Network:
         for k, farad in self.capacitors:
             c[k] += farad
 
-        def f(x: np.ndarray, t: float, on: list[bool], gates: list[bool]) -> tuple[np.ndarray, np.ndarray]:
-            out, g = np.full(n, 0.0), np.zeros((n, n))
+        @cache
+        def linear(on: tuple[bool, ...], gates: tuple[bool, ...]) -> tuple[np.ndarray, np.ndarray]:
+            """Conductances among the nodes, and those to each source and to 1 V."""
+            g, to = np.zeros((n, n)), np.zeros((n, len(known) + 1))
+            column = {node: k for k, node in enumerate(known)}
 
             def stamp(a: int | str, b: int | str, conductance: float) -> None:
-                ends = [
-                    x[e] if isinstance(e, int) else known[e].at(t) if e in known else float(e) for e in (a, b)
-                ]
-                for e, o, sign in ((a, b, 1.0), (b, a, -1.0)):
+                for e, o in ((a, b), (b, a)):
                     if isinstance(e, int):
-                        out[e] += sign * conductance * (ends[0] - ends[1])
                         g[e, e] += conductance
                         if isinstance(o, int):
                             g[e, o] -= conductance
+                        elif o in known:
+                            to[e, column[o]] += conductance
+                        else:
+                            to[e, -1] += conductance * float(o)
 
             for a, b, r in self.resistors:
                 stamp(a, b, 1.0 / r)
@@ -117,6 +121,11 @@ class Network:
                 stamp(a, b, 1.0 / 1e-2 if closed else 1.0 / 1e6)
             for (node, *_), high in zip(self.gates, gates, strict=True):
                 stamp(node, "5" if high else "0", 1.0)
+            return g, to
+
+        def f(x: np.ndarray, t: float, on: list[bool], gates: list[bool]) -> tuple[np.ndarray, np.ndarray]:
+            g, to = linear(tuple(on), tuple(gates))
+            out, g = g @ x - to @ [*(s.at(t) for s in known.values()), 1.0], g.copy()
             for d in self.diodes:
                 v = self._across(d, x)
                 i, slope = d.current(v)

@@ -120,7 +120,7 @@ def test_what_is_excited_anew_is_not_damped_by_the_method():
 @pytest.mark.parametrize(
     "tolerances, least",
     [
-        (tuple(np.linspace(1.15e-3, 6e-4, 45)), 6),
+        (tuple(np.linspace(1.15e-3, 6e-4, 22)), 6),
         ((3e-4, 2.75e-4, 2.5e-4, 2.25e-4, 2e-4, 1.75e-4, 1.5e-4, 1.25e-4, 1e-4), 1),
     ],
 )

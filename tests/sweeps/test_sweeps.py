@@ -233,7 +233,7 @@ def test_a_journal_of_another_sweep_is_not_used(tmp_path):
 def test_a_killed_sweep_goes_on_to_the_same_bits(tmp_path):
     slow = DIVIDER.replace(".op\n", ".op\nV9 s 0 SIN(0 1 10k)\nR9 s t 1k\nC9 t 0 1n\n.tran 1u 30m\n")
     (tmp_path / "d.cir").write_text(slow)
-    command = [sys.executable, "-m", "emsim", "sweep", "d.cir", "--mc", "60", "-j", "1", "-q"]
+    command = [sys.executable, "-m", "emsim", "sweep", "d.cir", "--mc", "24", "-j", "1", "-q"]
     process = subprocess.Popen(command, cwd=tmp_path)
     journal = tmp_path / "d.sweep.journal"
     end = time.monotonic() + 60
@@ -245,7 +245,7 @@ def test_a_killed_sweep_goes_on_to_the_same_bits(tmp_path):
     assert not (tmp_path / "d.sweep.csv").exists()
     done = subprocess.run(command[:-1], cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0 and "of them from before" in done.stdout
-    whole = emsim.sweep(slow, scheme="mc", runs=60)
+    whole = emsim.sweep(slow, scheme="mc", runs=24)
     rows = (tmp_path / "d.sweep.csv").read_text().splitlines()[1:]
     assert [float(row.split(",")[-2]) for row in rows] == list(whole.measure("vout"))
 

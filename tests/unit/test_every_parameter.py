@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -411,34 +412,45 @@ def module_words() -> list[str]:
     return [name for name in words if name not in by_size or name.endswith(" lvth0")]
 
 
+def tried(name: str) -> Iterator[tuple[dict[str, float | None], tuple[float, float]]]:
+    """What else is given, and two values. What is likely to count comes first: near the card's own, with every switch."""
+    module, word = shipped(name.split()[0]), name.split()[1]
+    rich = RICH.get(module.name.removeprefix("thermal_"), MOS)
+    sizes = SIZES_OF.get(module.name, SIZES if module.name.startswith("mos") else {})
+    cards = [
+        {k: v for k, v in {**rich, **sizes, **switch}.items() if k in module.parameters}
+        for switch in SWITCHES_OF.get(module.name, SWITCHES)
+    ]
+    if name in IDLE_IN_MODULES:  # as a switch, as a number: what it may come to mean is seen by one of them
+        pairs = [(1.0, 0.0), (1.3, 2.1)]
+    else:
+        near = ((card, card.get(word)) for card in cards)
+        yield from ((card, (1.1 * x, 1.3 * x)) for card, x in near if x)
+        pairs = list(TRIED)
+    yield from ((card, pair) for pair in pairs for card in cards)
+
+
 @pytest.mark.parametrize("name", module_words())
 def test_a_parameter_of_a_module_is_not_ignored(name):
     module, word = shipped(name.split()[0]), name.split()[1]
     is_instance = module.parameters[word.lower()]["instance"]
-    rich = RICH.get(module.name.removeprefix("thermal_"), MOS)
-    sizes = SIZES_OF.get(module.name, SIZES if module.name.startswith("mos") else {})
-    sizes = {key: value for key, value in sizes.items() if key in module.parameters}
-    for switch in SWITCHES_OF.get(module.name, SWITCHES):
-        at_hand = {**rich, **sizes, **switch}
-        values = {k: v for k, v in at_hand.items() if v is not None and k in module.parameters and k != word}
+    for card, pair in tried(name):
+        values = {k: v for k, v in card.items() if v is not None and k != word}
         inst = {k: v for k, v in values.items() if module.parameters[k]["instance"]}
         given = {k: v for k, v in values.items() if k not in inst}
-        near = at_hand.get(word)
-        beside = [(1.1 * near, 1.3 * near)] if near else []
-        for one, other in [*beside, *TRIED]:
-            for at in BIASES:
-                found = [
-                    numbers(
-                        module,
-                        given | ({} if is_instance else {word: v}),
-                        inst | ({word: v} if is_instance else {}),
-                        at,
-                    )
-                    for v in (one, other)
-                ]
-                if None not in found and found[0] != found[1]:
-                    assert name not in IDLE_IN_MODULES, f"{name} has an effect"
-                    return
+        for at in BIASES:
+            found = [
+                numbers(
+                    module,
+                    given | ({} if is_instance else {word: v}),
+                    inst | ({word: v} if is_instance else {}),
+                    at,
+                )
+                for v in pair
+            ]
+            if None not in found and found[0] != found[1]:
+                assert name not in IDLE_IN_MODULES, f"{name} has an effect"
+                return
     assert name in IDLE_IN_MODULES, f"{name} has no effect"
 
 

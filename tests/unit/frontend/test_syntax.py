@@ -43,20 +43,24 @@ CORPUS = [
 ]
 
 
-@pytest.mark.parametrize(("text", "start"), CORPUS)
-def test_cached_tables_give_the_tree_of_the_grammar(text, start, tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(lark_grammar, "_parser", None)
-    fresh = lark_grammar.build_parser(lark_grammar.grammar_text()).parse(text, start)
-    lark_grammar._write_cache(
-        lark_grammar._cache_file(lark_grammar.grammar_text(), "x"),
-        lark_grammar.build_parser(lark_grammar.grammar_text()),
-    )
+@pytest.fixture(scope="module")
+def fresh_and_kept(tmp_path_factory):
+    """The parser of the grammar's text, and the one of its tables after they were written and read."""
     import lark
 
-    tables = lark_grammar._read_cache(lark_grammar._cache_file(lark_grammar.grammar_text(), "x"))
-    loaded = lark.Lark._load_from_dict(*tables, transformer=lark_grammar._Trees())
-    assert loaded.parse(text, start) == fresh
+    text = lark_grammar.grammar_text()
+    fresh = lark_grammar.build_parser(text)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        lark_grammar._write_cache(lark_grammar._cache_file(text, "x"), fresh)
+        tables = lark_grammar._read_cache(lark_grammar._cache_file(text, "x"))
+    return fresh, lark.Lark._load_from_dict(*tables, transformer=lark_grammar._Trees())
+
+
+@pytest.mark.parametrize(("text", "start"), CORPUS)
+def test_cached_tables_give_the_tree_of_the_grammar(text, start, fresh_and_kept):
+    fresh, kept = fresh_and_kept
+    assert kept.parse(text, start) == fresh.parse(text, start)
 
 
 def run(code: str, **env: str) -> str:
