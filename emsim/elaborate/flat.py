@@ -4,6 +4,7 @@ It holds elements, which deck.py knows nothing of."""
 from __future__ import annotations
 
 from ..draws import Draws
+from ..elements.added import Library
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ class FlatDeck:
         self.models: dict[str, Model] = {}
         self.named: list[str] = []  # every file that was looked for: that of the deck
         self.modules: dict[str, Any] = {}  # of Verilog-A, from files that .hdl names
+        self.added = Library(sink)  # those that the user added once
         self.meshes: dict[str, Surface] = {}  # path -> what it shows, of files that look= names
         self.options: dict[str, float | str | bool] = {}
         self.option_spans: dict[str, Span] = {}

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ..expr import Node, Scope
     from ..opened import Opened
     from .accounts import Accounts
+    from .added import Library
     from .base import Element
     from .modules import Module
     from .words import Cards
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     class Flat(Protocol):
         """The deck on one level (elaborate/flat.py)."""
 
+        added: Library
         sink: Sink
         temp: float
         tnom: float
