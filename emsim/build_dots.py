@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 _ANALYSES = frozenset("noise tf sens pz disto sp hb data modes mc optran".split())
 # words of LTspice's .tran, and what to do without them
 LTSPICE_TRAN = {
-    "startup": "; a supply that rises from 0 in 20 us, as there, is PULSE(0 5 0 20u 1n 1)",
     "steady": ": .ss finds the periodic steady state",
     "nodiscard": "; tstart says from when on rows are kept",
     "step": "; what jumps in the steady state is a PULSE",
@@ -81,7 +80,7 @@ class DotCards(Cards):
         return self.analysis(str(ch[0][1:].lower()), ch[1:], line)
 
     def analysis(self, kind: str, ch: list[Any], line: Line) -> Analysis:
-        """Numbers in order; the words uic and static are flags."""
+        """Numbers in order; the words uic, static and startup are flags."""
         args: list[Any] = []
         flags: set[str] = set()
         largest: Any = None
@@ -95,7 +94,7 @@ class DotCards(Cards):
                 largest = self.number(item[1][1], line, "the largest step")
                 continue
             value = self.value(item, line) if item.__class__ is not tuple or item[0] == "braced" else None
-            if value in ("uic", "static", "skipbp"):
+            if value in ("uic", "static", "skipbp") or (value == "startup" and kind == "tran"):
                 flags.add("uic" if value == "skipbp" else value)  # PSpice's word
             elif value is None or (kind in ("tran", "op") and isinstance(value, str)):
                 raise self.strange_word(kind, item, line)
@@ -108,7 +107,7 @@ class DotCards(Cards):
                 args[0] = 1e-3 * stop if isinstance(stop, float) else Binary("*", Num(1e-3), stop)
         if kind == "tran" and not 2 <= len(args) <= 4:
             said = ".tran needs a step and a stop time" if len(args) < 2 else ".tran takes at most four times"
-            hint = "form: .tran tstep tstop [tstart [tmax]] [uic]"
+            hint = "form: .tran tstep tstop [tstart [tmax]] [uic] [startup]"
             if len(args) == 1 and isinstance(args[0], float):
                 # LTspice's form, which leaves the grid to the viewer
                 hint = f"LTspice's form has the stop time alone; here write .tran {_short(args[0] / 1000)} {_short(args[0])}"

@@ -97,6 +97,10 @@ class Circuit(Rows):
         """The engine's number of an independent source's waveform."""
         raise NotImplementedError
 
+    def rise(self) -> Expr | None:
+        """What independent sources are multiplied by while they are turned on; None where they are on."""
+        raise NotImplementedError
+
     def value_at_start(self, e: Element) -> float:
         """What an independent source has when a run starts; the DC value in a deck that only looks for operating points."""
         raise NotImplementedError
