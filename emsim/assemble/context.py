@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 
 DRAWN = 200  # elements of a circuit whose drawing shows currents
 LEAST_EXCURSION = 1e-9  # below zero: less is rounding and truncation
-STARTUP = 20e-6  # in which LTspice turns independent sources on (its help, ".TRAN") [s]
+# how LTspice turns independent sources on (its help, ".TRAN"): times [s] and factors
+STARTUP = (0.0, 0.0, 20e-6, 1.0)
 FROZEN = 3  # place of the time at which waveforms are held, in `times`
 
 
@@ -118,7 +119,7 @@ class Context(Circuit):
                 said = f"`startup` turns the sources off before the run, which .{others[0].kind} of the same deck cannot have"
                 hint = "LTspice runs one analysis at a time: put a * before the others"
                 self.sink.error("E113", said, card.span, hint, labels=[(others[0].span, "also asked for")])
-            self._rise.append(self.b.wave_expr(self.b.wave("pwl", [0.0, 0.0, STARTUP, 1.0], None)))
+            self._rise.append(self.b.wave_expr(self.b.wave("pwl", STARTUP, None)))
         return self._rise[0]
 
     def in_turn(self, contributors: Iterable[T]) -> Iterable[T]:

@@ -256,6 +256,13 @@ COMMANDS = (
         spec,
         records=True,
     ),
-    Command("fourier", "fourier frequency vector .. [> file]", "harmonics of the last period", fourier, records=True, shows=True),
+    Command(
+        "fourier",
+        "fourier frequency vector .. [> file]",
+        "harmonics of the last period",
+        fourier,
+        records=True,
+        shows=True,
+    ),
     Command("four", "four frequency vector .. [> file]", "the same", fourier, records=True, shows=True),
 )

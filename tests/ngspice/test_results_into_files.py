@@ -60,3 +60,10 @@ def test_harmonics_go_into_a_file(scratch):
 def test_run_without_an_analysis_does_nothing(scratch):
     result = emsim.run(SINE.format(commands="run\nop\nprint v(a)"))
     assert [d.code for d in result.diagnostics] == ["W160"] and "v(a) = " in result.output
+
+
+def test_a_form_of_frequencies_that_nobody_filled_in_is_one_point():
+    result = emsim.run("a form\nV1 a 0 1 AC 2\nR1 a b 1k\nR2 b 0 1k\n.ac lin 0 0Hz 0Hz\n.end\n")
+    assert result["v(b)"].tolist() == [1.0] and [d.code for d in result.diagnostics] == ["W309"]
+    with pytest.raises(emsim.DeckError, match="number of points is 0"):
+        emsim.run("a form\nV1 a 0 1 AC 2\nR1 a 0 1k\n.ac lin 0 1 10\n.end\n")
