@@ -28,7 +28,7 @@ from .units import spice_leftover, spice_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
     from typing import Any
 
 # analyses kept as text: later stages say that they do not run yet
@@ -208,9 +208,11 @@ class DotCards(Cards):
         return Print(kind, [(p.text, p.ast) for p in self.probes(ch, line)], line.whole)
 
     def probes(self, ch: list[Any], line: Line) -> list[Probe]:
-        out = []
+        out, name = [], ""
         for item in ch:
             if item.__class__ is tuple and item[0] == "format":
+                key, _, value = line.text[slice(*extent(item))].partition("=")
+                name = key.strip().lower() if value.strip().lower() == "par" else ""  # out=par('v(a)-v(b)')
                 continue
             span = line.span_at(*extent(item))
             ast = expression(item, line)
@@ -221,12 +223,17 @@ class DotCards(Cards):
             if isinstance(ast, Call) and ast.fn == "par" and len(ast.args) == 1:
                 # ngspice's brackets about an expression
                 ast, text = ast.args[0], text[text.index("(") + 1 : -1].strip()
-            out.append(Probe(text, ast, span))
+            out.append(Probe(name or text, ast, span))
+            name = ""
         return out
 
     def piece_by_piece(self, line: Line, word: str) -> Any:
         """A card that asks for signals, of which some cannot be read: those get a warning and are left out."""
-        pieces = list(_pieces(line.text[: code_end(line.text)], len(word)))
+        import re
+
+        text = line.text[: code_end(line.text)]
+        named = {m.end(): m for m in re.finditer(r"(?<![\w.$])([a-z_]\w*)\s*=\s*(?=par\s*\()", text, re.I)}
+        pieces = _without_names(_pieces(text, len(word)), named)
         kind = "tran"
         if word == ".print" and pieces and line.text[slice(*pieces[0])].lower() in PRINT_KINDS:
             kind = line.text[slice(*pieces.pop(0))].lower()
@@ -239,6 +246,8 @@ class DotCards(Cards):
                 continue
             try:
                 found += self.probes([parse_line(piece, "expression")], piece)
+                if start in named:  # out=par('v(a)-v(b)')
+                    found[-1].text = named[start][1].lower()
             except LineError:
                 said = f"`{span.text}` is nothing that {word} can show, and is left out"
                 self.sink.warning(
@@ -516,6 +525,17 @@ def _pieces(text: str, start: int) -> Iterator[tuple[int, int]]:
             begin = at
     if begin >= 0:
         yield begin, len(text)
+
+
+def _without_names(pieces: Iterable[tuple[int, int]], named: dict[int, Any]) -> list[tuple[int, int]]:
+    """Pieces without what stands before the end of a name, name =: `out=par(v(a))` begins at `par`."""
+    found = []
+    for start, end in pieces:
+        inside = [at for at, m in named.items() if m.start() <= start < at]
+        if inside and end <= inside[0]:
+            continue
+        found.append((inside[0] if inside else start, end))
+    return found
 
 
 def _of_terminals(text: str, span: Any) -> Probe | None:

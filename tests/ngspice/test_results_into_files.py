@@ -67,3 +67,19 @@ def test_a_form_of_frequencies_that_nobody_filled_in_is_one_point():
     assert result["v(b)"].tolist() == [1.0] and [d.code for d in result.diagnostics] == ["W309"]
     with pytest.raises(emsim.DeckError, match="number of points is 0"):
         emsim.run("a form\nV1 a 0 1 AC 2\nR1 a 0 1k\n.ac lin 0 1 10\n.end\n")
+
+
+@pytest.mark.parametrize(
+    "card",
+    [
+        ".print dc v(a) Out=par('2*v(a)')",
+        ".print dc Out=par('2*v(a)') v(a)",
+        ".save v(a) out=par('2*v(a)')",
+        ".save v(a) Out = par('2*v(a)')",
+    ],
+)
+def test_an_expression_that_is_shown_has_the_name_it_was_given(card):
+    result = emsim.run(
+        f"named\nV1 a 0 1\nR1 a 0 1k\n.dc V1 0 2 1\n{card}\n.control\nrun\nprint out\n.endc\n.end\n"
+    )
+    assert result["out"].tolist() == [0.0, 2.0, 4.0] and "W287" not in [d.code for d in result.diagnostics]
