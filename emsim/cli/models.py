@@ -115,6 +115,9 @@ def _add(path: str, level: int | None, letter: str, quiet: bool) -> None:
             raise UsageError(
                 f"--level {level}: of which lines? `{module.name}` is no model known by name; --of m"
             )
+        if not module.name.isidentifier():  # it names a folder
+            faults.append(f"`{module.name}`: the name of a module that is added is a plain word")
+            continue
         try:
             made, text = added.copied(module, path)
         except OSError as error:

@@ -180,8 +180,10 @@ def keep(made: str, entry: Added) -> None:
     import json
     import shutil
 
+    place = os.path.join(folder(), entry.module.lower())
+    if os.path.lexists(place) and not os.path.isfile(os.path.join(place, CARD)):
+        raise OSError(f"{place} is there already, and is no model")
     with open(os.path.join(made, CARD), "w", encoding="utf-8") as file:
         json.dump(entry.words() | {"file": os.path.relpath(entry.file, made)}, file, indent=1)
-    place = os.path.join(folder(), entry.module.lower())
     shutil.rmtree(place, ignore_errors=True)
     os.rename(made, place)

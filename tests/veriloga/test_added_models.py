@@ -182,6 +182,18 @@ def test_a_text_that_was_spoilt_is_an_error_not_another_model(models, scratch):
     )
 
 
+def test_nothing_of_others_is_taken_away(models, capsys, scratch):
+    kept = scratch / "models" / "psp103va" / "letters.txt"
+    kept.parent.mkdir(parents=True)
+    kept.write_text("mine")
+    assert main(["models", "add", models("psp103va")]) == 5
+    assert "is no model" in capsys.readouterr().err and kept.read_text() == "mine"
+    outside = LAW.replace("module NAME(", "module \\../../gone (")
+    assert main(["models", "add", models("gone", body=outside)]) == 1
+    assert not (scratch.parent / "gone").exists()
+    assert [path.name for path in (scratch / "models").iterdir()] == ["psp103va"]
+
+
 def test_the_table_has_each_module_once_and_each_level_a_place():
     for model in public.PUBLIC:
         assert set(model.levels) <= set(public.SPELLED)
