@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     class Flat(Protocol):
         """The deck on one level (elaborate/flat.py)."""
 
-        added: Library
         sink: Sink
         temp: float
         tnom: float
@@ -52,6 +51,9 @@ if TYPE_CHECKING:
         modules: dict[str, Any]
         named: list[str]
         options: dict[str, float | str | bool]
+
+        @property
+        def added(self) -> Library: ...
 
 
 class Circuit(Rows):
