@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from .expr import Node
 
 _LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
-FOREIGN_STARTS = frozenset("(</EVwpmcb")  # how texts of other programs begin, see slips.py
+FOREIGN_STARTS = frozenset("(</EVvwpmcb")  # how texts of other programs begin, see slips.py
 _CLOSERS = {"subckt": "ends", "if": "endif", "lib": "endl"}
 
 

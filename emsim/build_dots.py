@@ -28,14 +28,13 @@ from .units import spice_leftover, spice_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
     from typing import Any
 
 # analyses kept as text: later stages say that they do not run yet
 _ANALYSES = frozenset("noise tf sens pz disto sp hb data modes mc optran".split())
 # words of LTspice's .tran, and what to do without them
 LTSPICE_TRAN = {
-    "startup": "; a supply that rises from 0 in 20 us, as there, is PULSE(0 5 0 20u 1n 1)",
     "steady": ": .ss finds the periodic steady state",
     "nodiscard": "; tstart says from when on rows are kept",
     "step": "; what jumps in the steady state is a PULSE",
@@ -81,7 +80,7 @@ class DotCards(Cards):
         return self.analysis(str(ch[0][1:].lower()), ch[1:], line)
 
     def analysis(self, kind: str, ch: list[Any], line: Line) -> Analysis:
-        """Numbers in order; the words uic and static are flags."""
+        """Numbers in order; the words uic, static and startup are flags."""
         args: list[Any] = []
         flags: set[str] = set()
         largest: Any = None
@@ -95,7 +94,7 @@ class DotCards(Cards):
                 largest = self.number(item[1][1], line, "the largest step")
                 continue
             value = self.value(item, line) if item.__class__ is not tuple or item[0] == "braced" else None
-            if value in ("uic", "static", "skipbp"):
+            if value in ("uic", "static", "skipbp") or (value == "startup" and kind == "tran"):
                 flags.add("uic" if value == "skipbp" else value)  # PSpice's word
             elif value is None or (kind in ("tran", "op") and isinstance(value, str)):
                 raise self.strange_word(kind, item, line)
@@ -108,7 +107,7 @@ class DotCards(Cards):
                 args[0] = 1e-3 * stop if isinstance(stop, float) else Binary("*", Num(1e-3), stop)
         if kind == "tran" and not 2 <= len(args) <= 4:
             said = ".tran needs a step and a stop time" if len(args) < 2 else ".tran takes at most four times"
-            hint = "form: .tran tstep tstop [tstart [tmax]] [uic]"
+            hint = "form: .tran tstep tstop [tstart [tmax]] [uic] [startup]"
             if len(args) == 1 and isinstance(args[0], float):
                 # LTspice's form, which leaves the grid to the viewer
                 hint = f"LTspice's form has the stop time alone; here write .tran {_short(args[0] / 1000)} {_short(args[0])}"
@@ -209,9 +208,11 @@ class DotCards(Cards):
         return Print(kind, [(p.text, p.ast) for p in self.probes(ch, line)], line.whole)
 
     def probes(self, ch: list[Any], line: Line) -> list[Probe]:
-        out = []
+        out, name = [], ""
         for item in ch:
             if item.__class__ is tuple and item[0] == "format":
+                key, _, value = line.text[slice(*extent(item))].partition("=")
+                name = key.strip().lower() if value.strip().lower() == "par" else ""  # out=par('v(a)-v(b)')
                 continue
             span = line.span_at(*extent(item))
             ast = expression(item, line)
@@ -222,12 +223,17 @@ class DotCards(Cards):
             if isinstance(ast, Call) and ast.fn == "par" and len(ast.args) == 1:
                 # ngspice's brackets about an expression
                 ast, text = ast.args[0], text[text.index("(") + 1 : -1].strip()
-            out.append(Probe(text, ast, span))
+            out.append(Probe(name or text, ast, span))
+            name = ""
         return out
 
     def piece_by_piece(self, line: Line, word: str) -> Any:
         """A card that asks for signals, of which some cannot be read: those get a warning and are left out."""
-        pieces = list(_pieces(line.text[: code_end(line.text)], len(word)))
+        import re
+
+        text = line.text[: code_end(line.text)]
+        named = {m.end(): m for m in re.finditer(r"(?<![\w.$])([a-z_]\w*)\s*=\s*(?=par\s*\()", text, re.I)}
+        pieces = _without_names(_pieces(text, len(word)), named)
         kind = "tran"
         if word == ".print" and pieces and line.text[slice(*pieces[0])].lower() in PRINT_KINDS:
             kind = line.text[slice(*pieces.pop(0))].lower()
@@ -240,6 +246,8 @@ class DotCards(Cards):
                 continue
             try:
                 found += self.probes([parse_line(piece, "expression")], piece)
+                if start in named:  # out=par('v(a)-v(b)')
+                    found[-1].text = named[start][1].lower()
             except LineError:
                 said = f"`{span.text}` is nothing that {word} can show, and is left out"
                 self.sink.warning(
@@ -517,6 +525,17 @@ def _pieces(text: str, start: int) -> Iterator[tuple[int, int]]:
             begin = at
     if begin >= 0:
         yield begin, len(text)
+
+
+def _without_names(pieces: Iterable[tuple[int, int]], named: dict[int, Any]) -> list[tuple[int, int]]:
+    """Pieces without what stands before the end of a name, name =: `out=par(v(a))` begins at `par`."""
+    found = []
+    for start, end in pieces:
+        inside = [at for at, m in named.items() if m.start() <= start < at]
+        if inside and end <= inside[0]:
+            continue
+        found.append((inside[0] if inside else start, end))
+    return found
 
 
 def _of_terminals(text: str, span: Any) -> Probe | None:

@@ -214,6 +214,8 @@ def ignored_letters(leaf: Any, value: float, leftover: str, line: Line) -> Diagn
         "\u00ce\u00bc",
     ):  # a micro sign in UTF-8 that was taken for Latin-1 and encoded again
         hint = f"this is a micro sign that was encoded twice: write `{leaf[: -len(leftover)]}u`"
+    elif (meant := units.infix(leaf)) is not None:
+        hint = f"write `{meant}`, if that is what it is; LTspice alone reads it so (--dialect ltspice)"
     elif units.scale_of(leftover)[1] and leftover.isalpha():
         hint = f"the scale is `{units.scale_of(leftover)[1]}` here, as in 1.5k; behind it only units stand: ohm F H V A s Hz"
     return Diagnostic(

@@ -25,6 +25,18 @@ FILES = (
         "open it in KiCad 6 to 9 and save it: a .kicad_sch is read as it is",
     ),
     (
+        r"v \{xschem\b", "a schematic of xschem's",
+        "its netlist runs: xschem -n -s -q FILE.sch, or Netlist in xschem, writes FILE.spice",
+    ),
+    (
+        r"v \d{8} \d+\s", "a schematic of gschem's (gEDA, Lepton)",
+        "its netlist runs: gnetlist -g spice-sdb -o FILE.cir FILE.sch, or lepton-netlist in its place",
+    ),
+    (
+        r"\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)*(<!DOCTYPE eagle\b|<eagle\b)", "a drawing of Eagle's",
+        "export a SPICE netlist, or open it in KiCad 6 to 9 and save it: a .kicad_sch is read as it is",
+    ),
+    (
         r"\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)*<mujoco\b", "a model of MuJoCo's (MJCF)",
         "emsim import model.xml -o model.cir writes it as a deck, which then runs",
     ),
@@ -44,7 +56,7 @@ HEAD = 100_000  # characters that are looked at
 def foreign(file: SourceFile) -> Diagnostic | None:
     """E100 of a file that another program made, by how it begins."""
     if not re.match(
-        r"\s*[(<]|\s*//|EESchema|Version|\s*(?:within|partial|model|package|class|block)\s", file.text
+        r"\s*[(<]|\s*//|EESchema|Version|v [{\d]|\s*(?:within|partial|model|package|class|block)\s", file.text
     ):
         return None
     for pattern, what, hint in FILES:

@@ -126,6 +126,16 @@ _EXPONENTS = {
 }  # fmt: skip
 
 
+def infix(text: str) -> str | None:
+    """4k7 with its letter at the end, 4.7k; None of any other word. LTspice reads it so, SPICE as 4k."""
+    digits = text.lstrip("+-0123456789")
+    letter = scale_of(digits.rstrip("0123456789"))[1]
+    whole, behind = text[: len(text) - len(digits)], digits[len(letter) :]
+    return (
+        f"{whole}.{behind}{letter}" if letter and behind.isdigit() and whole.lstrip("+-").isdigit() else None
+    )
+
+
 # what may stand behind the scale letter and means nothing; the engine's number.rs has the same list
 TRAILING_UNITS = frozenset(
     """a adc aac amp amps ampere amperes aohm aohms c db deg degc degrees f farad farads h henrys henries henry hertz hy hz j

@@ -24,6 +24,8 @@ for variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
 os.environ["PYTHONSAFEPATH"] = "1"
 # ... and its modules compiled: tests start thousands of programs, and compiling the sources is most of what each takes
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+# no test finds models that its user has added
+os.environ["EMSIM_MODELS"] = os.devnull
 # PySpice looks for libngspice.so alone, which only -dev packages have
 if library := find_library("ngspice"):
     os.environ.setdefault("NGSPICE_LIBRARY_PATH", library)

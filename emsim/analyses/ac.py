@@ -117,6 +117,12 @@ def grid(kind: type[Analysis], card: Card, sink: Sink, args: Sequence[float | st
         wrong(kind, card, sink, f".{kind.word} takes dec, oct or lin, a number of points and two frequencies")
         return None
     points, start, stop = int(numbers[0]), numbers[1], numbers[2]
+    if spacing == "lin" and points == 0 and 0 <= start == stop:  # as schematic programs leave it
+        said = f".{card.kind} asks for no points: the one at {start:g} Hz is computed, as in ngspice"
+        sink.warning(
+            "W309", said, card.span, f"write .{card.kind} lin 1 {start:g} {stop:g}, or dec 10 1 1meg"
+        )
+        points = 1
     if points < 1:
         wrong(kind, card, sink, f"the number of points is {numbers[0]:g}, it must be 1 at least")
     elif spacing != "lin" and not start > 0:

@@ -1,4 +1,5 @@
-"""`.tran tstep tstop [tstart [tmax]] [uic]`: the time course from the operating point or from initial values.
+"""`.tran tstep tstop [tstart [tmax]] [uic] [startup]`: the time course from the operating point or from initial values, or from
+rest with independent sources that rise in 20 us.
 
 tstep is the print grid and the default of waveform times. The largest internal step is tmax or, as in
 ngspice, the smaller of tstep and (tstop - tstart)/50, for methods that have no dense output of their own;
@@ -62,7 +63,7 @@ class Tran(Analysis):
 
     word = "tran"
     asks_as = "tran"
-    form = ".tran tstep tstop [tstart [tmax]] [uic]"
+    form = ".tran tstep tstop [tstart [tmax]] [uic] [startup]"
     meaning = "the time course from the operating point, or from initial values"
     plotname = "Transient Analysis"
     axis = Axis("time", "s")

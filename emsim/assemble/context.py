@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 DRAWN = 200  # elements of a circuit whose drawing shows currents
 LEAST_EXCURSION = 1e-9  # below zero: less is rounding and truncation
+# how LTspice turns independent sources on (its help, ".TRAN"): times [s] and factors
+STARTUP = (0.0, 0.0, 20e-6, 1.0)
 FROZEN = 3  # place of the time at which waveforms are held, in `times`
 
 
@@ -77,6 +79,7 @@ class Context(Circuit):
         self.is_drawn = flat.is_drawn and 0 < len(flat.elements) + len(flat.machine) <= DRAWN
         self.aside: set[str] = set()  # branches that only the drawing of the circuit reads
         self._waves: dict[str, int] = {}
+        self._rise: list[Expr] = []  # what `rise` gives, once it is made
 
     def wave(self, e: Element) -> int:
         """The engine's number of an independent source's waveform."""
@@ -99,8 +102,25 @@ class Context(Circuit):
     def value_at_start(self, e: Element) -> float:
         """What an independent source has when a run starts; the DC value in a deck that only looks for operating points."""
         runs = any(a.kind == "tran" for a in self.flat.analyses)
+        if self.rise() is not None:
+            return 0.0
         kind, args, dc = of_source(e, self.times, Sink(), runs)
         return dc if dc is not None and not runs else self.b.wave_at(kind, args, 0.0)
+
+    def rise(self) -> Expr | None:
+        """What independent sources are multiplied by where .tran says `startup`, as in LTspice: from 0 at rest to 1 in the
+        first 20 us. None where it does not."""
+        card = next((a for a in self.flat.analyses if a.kind == "tran" and "startup" in a.flags), None)
+        if card is None:
+            return None
+        if not self._rise:
+            others = [a for a in self.flat.analyses if a.kind != "tran" or "startup" not in a.flags]
+            if others:
+                said = f"`startup` turns the sources off before the run, which .{others[0].kind} of the same deck cannot have"
+                hint = "LTspice runs one analysis at a time: put a * before the others"
+                self.sink.error("E113", said, card.span, hint, labels=[(others[0].span, "also asked for")])
+            self._rise.append(self.b.wave_expr(self.b.wave("pwl", STARTUP, None)))
+        return self._rise[0]
 
     def in_turn(self, contributors: Iterable[T]) -> Iterable[T]:
         """The contributors, one after the other; where a deck is explained (recording.py), whose turn it is is noted."""

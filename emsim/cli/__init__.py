@@ -33,6 +33,7 @@ VERBS = {
     "gallery": "write a folder with a moving picture of every deck, and behind each its page",
     "import": "write a robot of a URDF or MJCF file as a deck",
     "lessons": "copy the lessons, decks and text, and open the first",
+    "models": "add public compact models in Verilog-A once, so that decks find them by level",
     "fmt": "lay a deck out: cards and comments in columns, nothing but blanks changed",
     "lsp": "the language server, for editors",
     "completion": "the completion script of bash, zsh or fish",

@@ -14,7 +14,7 @@ import sys
 from ..diagnostics import Sink, deck_error
 from ..outputs import READERS, load, save
 from .arguments import HELP, QUIET, Option, UsageError, parse
-from .console import OK, same_file, show
+from .console import DECK, OK, same_file, show
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -97,6 +97,20 @@ def _deck(source: str, target: str, quiet: bool) -> int:
     show(sink.diagnostics, quiet)
     if not quiet:
         print(f"{drawn.text.count(chr(10))} lines -> {target}")
+    return _runs(source, target, quiet)
+
+
+def _runs(source: str, target: str, quiet: bool) -> int:
+    """Whether a schematic can run, whose deck was written; what stands in the way is told at its place in the drawing."""
+    from ..diagnostics import DeckError
+    from ..pipeline import check
+
+    try:
+        check(source)
+    except DeckError as error:
+        show(error.diagnostics, quiet)
+        print(f"{target} is written, and does not run as it is", file=sys.stderr)
+        return DECK
     return OK
 
 

@@ -54,9 +54,8 @@ def card(s: Session, text: str, at: Statement) -> Analysis | Dot:
 def run(s: Session, text: str, at: Statement) -> None:
     _heed_waiting(s)
     if not s.deck.analyses():
-        raise CommandError(
-            "E164", "the deck has no analysis that `run` could run", "write .tran, .ac .. or tran, ac .. here"
-        )
+        s.warn("the deck has no analysis that `run` could run", "write .tran, .ac .. or tran, ac .. here")
+        return
     s.run_deck()
 
 

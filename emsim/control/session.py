@@ -124,6 +124,8 @@ class Session:
                 if not lenient:
                     raise
                 self.report(error)
+        if not found and not lenient:
+            raise CommandError("E162", f"`{text.strip()}` is no vector here")
         return found
 
     def numbers(self, text: str, count: int = 0) -> list[float]:

@@ -185,7 +185,7 @@ def spec(s: Session, text: str, at: Statement) -> None:
 def fourier(s: Session, text: str, at: Statement) -> None:
     """Harmonics of the last period: amplitude and phase of each, and their distortion."""
     given, _, rest = text.strip().partition(" ")
-    form = "fourier frequency vector .."
+    form = "fourier frequency vector .. [> file]"
     if not rest.strip():
         usage(form, "a frequency and vectors are needed")
     base = s.numbers(given)[0]
@@ -256,6 +256,13 @@ COMMANDS = (
         spec,
         records=True,
     ),
-    Command("fourier", "fourier frequency vector ..", "harmonics of the last period", fourier, records=True),
-    Command("four", "four frequency vector ..", "the same", fourier, records=True),
+    Command(
+        "fourier",
+        "fourier frequency vector .. [> file]",
+        "harmonics of the last period",
+        fourier,
+        records=True,
+        shows=True,
+    ),
+    Command("four", "four frequency vector .. [> file]", "the same", fourier, records=True, shows=True),
 )

@@ -88,8 +88,10 @@ class Evaluator:
             found = [v for v in found if v.unit == "A"]
         elif rest == "ally":
             found = [v for v in found if v is not plot.scale]
-        if not found:
+        if not found and (plot is self.s.plots.const or plot.failed):
             raise self.s.plots.missing(word)
+        if not found:  # a deck of digital nodes has no voltages
+            self.s.warn(f"`{word}`: {plot.name} has none of these, as ngspice tells too")
         return [v.copied(f"{head}.{v.shown}" if head else v.shown, plot) for v in found]
 
     # ---- trees ----

@@ -30,6 +30,7 @@ class Dialect:
     short_tran: ClassVar[bool] = (
         False  # .tran 5m is the stop time alone, and a step of 0 is left to the program
     )
+    letter_as_dot: ClassVar[bool] = False  # 4k7 is 4.7k
     excludes: ClassVar[bool] = False  # a ^ b: either, not both
     coil_resistance: ClassVar[float] = (
         0.0  # in series with a coil that states no Rser= and stands in no K [Ohm]

@@ -79,6 +79,8 @@ class LTspice(Dialect):
     name = "ltspice"
     differences: ClassVar[tuple[tuple[str, str], ...]] = (
         (".tran 5m", "the stop time alone; a step of 0 is one too"),
+        (".tran .. startup", "sources rise from 0 at rest within 20 us; in every dialect"),
+        ("R1 a b 4k7", "4.7k"),
         ("PWL(0 0 +1m 5)", "the time counts from the point before"),
         (
             "a ^ b",
@@ -96,6 +98,7 @@ class LTspice(Dialect):
         (".model d D(bv=5)", "ibv is 1e-10 A where it is not given"),
     )
     relative_times = True
+    letter_as_dot = True
     short_tran = True
     excludes = True
     sections = False

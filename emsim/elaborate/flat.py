@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from ..deck import Analysis, MachineCard, Measure, Model, Print, Probe
     from ..diagnostics import Sink, Span
     from ..elements import Element
+    from ..elements.added import Library
     from ..opened import Opened
     from ..readers.surface import Surface
     from ..source import SourceFile
@@ -29,6 +30,7 @@ class FlatDeck:
         self.models: dict[str, Model] = {}
         self.named: list[str] = []  # every file that was looked for: that of the deck
         self.modules: dict[str, Any] = {}  # of Verilog-A, from files that .hdl names
+        self._added: Library | None = None
         self.meshes: dict[str, Surface] = {}  # path -> what it shows, of files that look= names
         self.options: dict[str, float | str | bool] = {}
         self.option_spans: dict[str, Span] = {}
@@ -64,3 +66,12 @@ class FlatDeck:
         self.views: list[dict[str, Any]] = []
         self.is_drawn = False  # the circuit with its currents: these are recorded then
         self.sources: list[SourceFile] = []
+
+    @property
+    def added(self) -> Library:
+        """Modules of Verilog-A that the user added once; most decks ask for none."""
+        if self._added is None:
+            from ..elements.added import Library
+
+            self._added = Library(self.sink)
+        return self._added

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..diagnostics import Span
+    from ..elements.modules import Module
     from .files import Files
     from .steps import Change
 
@@ -444,8 +445,8 @@ class _Flattener:
             return
         self.names[name] = card
         found = level.scope.find_subckt(card.of.name)
-        if found is None and card.of.name.lower() in self.flat.modules:
-            return self.of_module(card, level)
+        if found is None and (module := self.module(card)) is not None:
+            return self.of_module(card, level, module.parameters)
         if found is None:
             near = suggest(card.of.name, level.scope.all_subckts())
             hint = f"did you mean `{near}`?" if near else "a .subckt or an .include that holds it is missing"
@@ -500,13 +501,17 @@ class _Flattener:
         finally:
             self.active.pop()
 
-    def of_module(self, card: Instance, level: Level) -> None:
-        """X on a module of .hdl: what N is with a .model of it, whose parameters stand on the line."""
+    def module(self, card: Instance) -> Module | None:
+        """The module of Verilog-A that an X line names: of .hdl, or added once."""
+        name = card.of.name.lower()
+        return self.flat.modules.get(name) or self.flat.added.by_name(name, card.of.span)
+
+    def of_module(self, card: Instance, level: Level, known: dict[str, Any]) -> None:
+        """X on a module: what N is with a .model of it, whose parameters stand on the line."""
         from ..elements.compiled import Compiled
         from ..elements.n import OfModule
 
         kind = card.of.name.lower()
-        known = self.flat.modules[kind].parameters
         own = {key for key in card.params if key in Compiled.instance and key not in known}
         e = OfModule(card.name, card.nodes, card.span)
         e.params = {key: value for key, value in card.params.items() if key in own}

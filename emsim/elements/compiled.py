@@ -53,7 +53,8 @@ def _over_frequency(points: list[tuple[float, float]], by_log: bool) -> Callable
 
 
 class Compiled(Element):
-    """`sorts`: word of .model -> (module, its `type`); `levels`: level -> module, here or the beginning of its name in .hdl."""
+    """`sorts`: word of .model -> (module, its `type`); `levels`: level -> module of devices/, or the beginning of its name in
+    .hdl. Other levels are those of public models (public.py)."""
 
     __slots__ = ("behaves", "module", "noise_tables", "shafts", "sign", "stimuli")
     behind = ("model",)
@@ -70,7 +71,7 @@ class Compiled(Element):
     ] = {}  # ngspice's name of a current -> the module's charge that it changes
     harmless: ClassVar[frozenset[str]] = HARMLESS
     may_lack: ClassVar[int] = 0  # so many terminals of a module of devices/ may be left out, ...
-    at_ground: ClassVar[bool] = False  # ... and are ground then
+    at_ground: ClassVar[bool] = False  # a substrate that is left out is ground
 
     module: Module | None
     shafts: dict[int, str]  # terminals that are joints
@@ -106,37 +107,65 @@ class Compiled(Element):
         sort = self.sorts.get(kind)
         if sort is None:
             self.sign = 0.0
-            module = loaded.get(kind) or shipped(kind)
+            module = loaded.get(kind) or shipped(kind) or ctx.flat.added.by_name(kind, self.model.span)
             if module is None:
-                hint = did_you_mean(kind, [*loaded, *_all()], 'write .hdl "file.va" with the module in it')
+                hint = did_you_mean(
+                    kind,
+                    [*loaded, *_all()],
+                    'write .hdl "file.va" with the module in it, or once: emsim models add file.va',
+                )
                 ctx.sink.error("E297", f"no module is called `{kind}`", self.model.span, hint)
             return module
         name, self.sign = sort
         level = self.model.params.get("level")
-        if level is not None and level == level and name in self.levels.values():
-            known = self.levels.get(int(level)) if isinstance(level, (int, float)) else None
-            if known is None:
+        own = shipped(name)
+        if level is None or level != level or (own is not None and name not in self.levels.values()):
+            return self._of_text(ctx, name) or own or self._of_public(ctx, name)
+        number = int(level) if isinstance(level, (int, float)) else 0
+        if number in self.levels:
+            name = self.levels[number]
+            return self._of_text(ctx, name) or shipped(name)
+        return self._of_level(ctx, number)
+
+    def _of_text(self, ctx: Circuit, *heads: str) -> Module | None:
+        """The module of .hdl whose name begins so."""
+        return next((m for key, m in ctx.flat.modules.items() if key.lower().startswith(heads)), None)
+
+    def _of_level(self, ctx: Circuit, level: int) -> Module | None:
+        """The module of a level that is not among the devices here: of .hdl, or of what was added."""
+        from . import public
+
+        assert self.model is not None
+        meant, at = public.of_level(self.letter, level), self._at("level")
+        theirs = self._of_text(ctx, *(head for p in meant for head in p.heads)) if meant else None
+        module = theirs or ctx.flat.added.by_level(self.letter, level, at)
+        if module is None and (self.letter, level) not in ctx.flat.added.broken:
+            said = f".model `{self.model.name}`: {self.what} level {level} is "
+            if meant:
+                self._missing(ctx, f"{said}{public.told(meant, level)}", at)
+            else:
                 there = ", ".join(f"{k}" for k, v in self.levels.items() if shipped(v) is not None)
-                said = f".model `{self.model.name}`: {self.what} level {level:g} is not known"
-                ctx.sink.error("E297", said, self._at("level"), f"known levels: {there}")
-                return None
-            name = known
-        theirs = next((m for key, m in loaded.items() if key.lower().startswith(name)), None)
-        module = theirs or shipped(name)
-        if module is None:
-            of = f"{self.what} level {level or self._usual(name):g} ({name.upper()})"
-            said = f".model `{self.model.name}`: {of} is not among the devices here"
-            ctx.sink.error(
-                "E297",
-                said,
-                self._at("level"),
-                f'write .hdl "{name}.va" with a Verilog-A source of that model',
-            )
+                hint = f"known levels: {there}; emsim models add FILE.va --level {level} gives it a module"
+                ctx.sink.error("E297", f"{said}not known", at, hint)
         return module
 
-    def _usual(self, module: str) -> int:
-        """The level of a module."""
-        return next((level for level, name in self.levels.items() if name == module), 1)
+    def _of_public(self, ctx: Circuit, name: str) -> Module | None:
+        """The module of a word of .model whose usual model is not among the devices here."""
+        from . import public
+
+        assert self.model is not None
+        meant = [p for p in (public.of_module(name),) if p is not None]
+        module = ctx.flat.added.by_model(meant, self.model.span)
+        if module is None:
+            of = public.told(meant, 0) or name
+            self._missing(ctx, f".model `{self.model.name}`: {self.model.type} is {of}", self.model.span)
+        return module
+
+    def _missing(self, ctx: Circuit, said: str, at: Span) -> None:
+        hint = (
+            'with its public Verilog-A text, once: emsim models add FILE.va; or in the deck: .hdl "FILE.va"'
+        )
+        ctx.sink.error("E297", f"{said}, which is not among the devices here", at, hint)
 
     def _at(self, word: str) -> Span:
         assert self.model is not None
@@ -165,6 +194,8 @@ class Compiled(Element):
             return
         most = len(module.terminals)
         own = shipped(module.name) is module
+        if not own:
+            self._check_fit(ctx, module)
         least = max(1, most - self.may_lack) if own else 1
         if not least <= len(self.nodes) <= most:
             said = f"`{self.name}` has {len(self.nodes)} nodes, `{module.name}` {most} terminals"
@@ -178,6 +209,20 @@ class Compiled(Element):
         for k, (name, discipline) in enumerate(zip(self.nodes, module.disciplines, strict=False)):
             if discipline in MECHANICAL and name in joints:
                 self.shafts[k] = name
+
+    def _check_fit(self, ctx: Circuit, module: Module) -> None:
+        """What a text of others does not know of the word of its .model and of the element's line."""
+        assert self.model is not None
+        known, params = module.parameters, self.model.params
+        if self.sign * self.polarity() < 0.0 and not {"type", "devtype"} & known.keys():
+            said = f"`{module.name}` has no parameter `type`: {self.model.type.upper()} cannot be told to it"
+            ctx.sink.error("E297", said, self.model.span, "it is one kind of device, that of its text")
+        if "tnom" in params and "tref" in known and "tnom" not in known:
+            params["tref"] = params.pop("tnom")  # MEXTRAM's name of it
+        for name in self.params:
+            if name not in known and name not in (*M, *TEMPERATURE, *START, *self.flags):
+                said = f"`{self.name}`: `{module.name}` takes no {name}=, it has no effect"
+                ctx.sink.warning("W284", said, self.span)
 
     def _last_again(self, most: int) -> list[Fix]:
         """The bulk of a transistor is at its source, if it has none of its own."""
@@ -276,7 +321,8 @@ class Compiled(Element):
                 p = inner
             nodes.append(p)
         for name in module.terminals[len(nodes) :]:
-            nodes.append(-1 if self.at_ground else ctx.inner_node(f"{self.name}#{name}"))
+            ground = self.at_ground and name.startswith("s")
+            nodes.append(-1 if ground else ctx.inner_node(f"{self.name}#{name}"))
         model = self._values(ctx, module, self.model)
         try:
             said, left_out, longest, behaviour, tables = ctx.b.module(
@@ -304,14 +350,18 @@ class Compiled(Element):
 
     def _values(self, ctx: Circuit, module: Module, card: Model) -> Values:
         """What the module takes of the .model, read once for all elements of this kind."""
-        sign = self.sign * self.polarity() if self.sign and "type" in module.parameters else None
+        # BSIM-CMG counts its types 1 and 0
+        word = "devtype" if "devtype" in module.parameters else "type"
+        sign = self.sign * self.polarity() if self.sign and word in module.parameters else None
         key = (module, card.name, sign)
         if key not in ctx.values:
             from .._engine import Values
 
             model = {k: v for k, v in card.params.items() if k in module.parameters and k not in TEMPERATURE}
             if sign is not None:
-                model["type"] = sign
+                model[word] = max(sign, 0.0) if word == "devtype" else sign
+                if shipped(module.name) is not module:
+                    model.pop("level", None)  # it chose the module; some have a parameter of that name
             ctx.values[key] = Values(model)
         return ctx.values[key]
 

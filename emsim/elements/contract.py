@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ..expr import Node, Scope
     from ..opened import Opened
     from .accounts import Accounts
+    from .added import Library
     from .base import Element
     from .modules import Module
     from .words import Cards
@@ -50,6 +51,9 @@ if TYPE_CHECKING:
         modules: dict[str, Any]
         named: list[str]
         options: dict[str, float | str | bool]
+
+        @property
+        def added(self) -> Library: ...
 
 
 class Circuit(Rows):
@@ -93,6 +97,10 @@ class Circuit(Rows):
 
     def wave(self, e: Element) -> int:
         """The engine's number of an independent source's waveform."""
+        raise NotImplementedError
+
+    def rise(self) -> Expr | None:
+        """What independent sources are multiplied by while they are turned on; None where they are on."""
         raise NotImplementedError
 
     def value_at_start(self, e: Element) -> float:

@@ -59,9 +59,20 @@ def wanted(e: Element, read: set[str]) -> type[Element] | None:
     if "thermal" in e.params:
         return ThermalDiode
     level = words.get("level", 1)
+    if level not in (1, 2, 3) and _is_public(level):
+        return PublicDiode
     if level == 3 or any(words.get(key) for key in OF_THE_MODULE) or read & OPERATING:
         return ModuleDiode
     return None
+
+
+def _is_public(level: object) -> bool:
+    """Whether a level is one of a public model (JUNCAP200), or was added; the plain diode refuses others."""
+    from . import added, public
+
+    if not isinstance(level, (int, float)) or level != level:
+        return False
+    return bool(public.of_level("d", int(level))) or added.of_level("d", int(level)) is not None
 
 
 OPERATING = frozenset(("vd", "gd", "cd", "qd", "charge", "capcur"))  # outputs of the module
@@ -82,6 +93,13 @@ class ModuleDiode(Compiled):
     charging: ClassVar[dict[str, str]] = {"capcur": "qd"}
     current_name = "id"
     harmless = Compiled.harmless | HARMLESS
+
+
+class PublicDiode(ModuleDiode):
+    """A public model, by its level (public.py)."""
+
+    __slots__ = ()
+    levels: ClassVar[dict[int, str]] = {3: "diode"}
 
 
 class ThermalDiode(ModuleDiode):

@@ -30,11 +30,17 @@ class CurrentSource(Independent):
 
     def contribute(self, ctx: Circuit) -> None:
         m, k = self.number("m", 1.0), ctx.wave(self)
-        ctx.b.f_wave(ctx.node(self.nodes[0]), k, m)
-        ctx.b.f_wave(ctx.node(self.nodes[1]), k, -m)
+        if ctx.rise() is None:
+            ctx.b.f_wave(ctx.node(self.nodes[0]), k, m)
+            ctx.b.f_wave(ctx.node(self.nodes[1]), k, -m)
+            return
+        current = self.flow(ctx)
+        ctx.b.add_f(ctx.node(self.nodes[0]), current)
+        ctx.b.add_f(ctx.node(self.nodes[1]), -current)
 
     def flow(self, ctx: Circuit) -> Expr:
-        return self.number("m", 1.0) * ctx.b.wave_expr(ctx.wave(self))
+        current, rise = self.number("m", 1.0) * ctx.b.wave_expr(ctx.wave(self)), ctx.rise()
+        return current if rise is None else current * rise
 
     def account(self, ctx: Circuit, book: Accounts) -> None:
         book.supplies(self, -(self.between(ctx) * self.flow(ctx)))

@@ -33,9 +33,7 @@ class Mosfet(Compiled):
         nsoi=("bsimsoi", 1.0), psoi=("bsimsoi", -1.0),
     )  # fmt: skip
     levels: ClassVar[dict[int, str]] = {
-        1: "mos1", 2: "mos2", 3: "mos3", 4: "bsim1", 5: "bsim2", 6: "mos6", 8: "bsim3", 9: "mos3", 10: "bsimsoi", 14: "bsim4",
-        44: "ekv", 45: "psp", 49: "bsim3", 54: "bsim4", 58: "bsimsoi", 68: "hisim2", 69: "psp", 70: "bsimsoi", 72: "bsimcmg",
-        73: "hisim_hv", 77: "bsimbulk",
+        1: "mos1", 2: "mos2", 3: "mos3", 6: "mos6", 8: "bsim3", 9: "mos3", 14: "bsim4", 49: "bsim3", 54: "bsim4",
     }  # fmt: skip
     model_types = tuple(sorts)
     words_of_model = frozenset(("nchan", "pchan"))

@@ -17,9 +17,9 @@ class Bipolar(Compiled):
     __slots__ = ()
     letter = "q"
     what = "bipolar transistor"
-    form = "Qname collector base emitter [substrate] model [area] [off] [ic=] [temp=] [m=]"
+    form = "Qname collector base emitter [substrate [tj]] model [area] [off] [ic=] [temp=] [m=]"
     law = "ic = (ibe - ibc)/qb - ..., charges of both junctions, resistances: the module bjt"
-    terminals = ("collector", "base", "emitter", "substrate")
+    terminals = ("collector", "base", "emitter", "substrate", "tj")
     least = 3
     usual = 3
     positional = ("area",)
@@ -28,7 +28,7 @@ class Bipolar(Compiled):
         pnp=("bjt", -1.0),
         lpnp=("bjt", -1.0),
     )
-    levels: ClassVar[dict[int, str]] = {1: "bjt", 2: "bjt", 4: "vbic", 8: "hicum", 9: "vbic"}
+    levels: ClassVar[dict[int, str]] = {1: "bjt", 2: "bjt", 4: "vbic", 9: "vbic"}
     model_types = tuple(sorts)
     instance = named(
         **Compiled.instance, area=Param("area of the emitter, in units of the model's", default=1.0),

@@ -59,6 +59,8 @@ class Resistor(Passive):
         return length, self.number("w", p.get("w", p.get("defw", FILAMENT))) - 2 * edge
 
     def no_value(self, cards: Cards, ch: list[Any], line: Line) -> None:
+        if line.file.sheet is not None:  # a value that its owner has still to write
+            super().no_value(cards, ch, line)
         said = f"{ch[0]} has no value, taken as 1 mOhm as in ngspice"
         cards.sink.warning("W281", said, line.span(ch[0]), self.hint)
         self.value = LEAST_RESISTANCE

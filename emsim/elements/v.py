@@ -48,7 +48,11 @@ class VoltageSource(Independent):
 
     def contribute(self, ctx: Circuit) -> None:
         br = self.join_voltage(ctx)
-        ctx.b.f_wave(br, ctx.wave(self), -1.0)
+        rise = ctx.rise()
+        if rise is None:
+            ctx.b.f_wave(br, ctx.wave(self), -1.0)
+        else:
+            ctx.b.add_f(br, -(ctx.b.wave_expr(ctx.wave(self)) * rise))
         if "portnum" in self.params:
             ctx.b.g(br, br, -self.number("z0"))
 

@@ -10,7 +10,7 @@ from ..expr import Bare, Num
 from ..source import Line
 from ..syntax import LineError
 from ..traced import number
-from ..units import spice_leftover, spice_number
+from ..units import infix, spice_leftover, spice_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -68,6 +68,9 @@ class Cards:
         if value in (INFINITE, -INFINITE):
             raise self.fail("E110", "the number is too large", line, leaf)
         leftover = spice_leftover(leaf)
+        dialect = line.file.dialect
+        if leftover and dialect is not None and dialect.letter_as_dot and (meant := infix(leaf)) is not None:
+            return spice_number(meant) or 0.0
         if leftover:
             if any(c in leftover.rstrip("+-") for c in "*/+-^()"):
                 from ..slips import rated

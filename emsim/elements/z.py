@@ -20,8 +20,6 @@ class Mesfet(Jfet):
     sorts = named(
         nmf=("mesfet", 1.0), pmf=("mesfet", -1.0), nhfet=("hfet1", 1.0), phfet=("hfet1", -1.0),
     )  # fmt: skip
-    levels: ClassVar[dict[int, str]] = {
-        1: "mesfet", 2: "mesa", 3: "mesa", 4: "mesa", 5: "hfet1", 6: "hfet2",
-    }  # fmt: skip
+    levels: ClassVar[dict[int, str]] = {1: "mesfet"}
     model_types = tuple(sorts)
     instance = named(**Compiled.instance, area=Jfet.instance["area"])

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import re
 
-from ..units import spice_number
+from ..units import infix, spice_number
 from .sheet import Pin, word
 
 TYPE_CHECKING = False
@@ -69,7 +69,7 @@ UNKNOWN = frozenset(
 )
 EMPTY = re.compile(r"\s*\w*=\s*$")  # a line that its owner left as it came
 UNIT = re.compile(
-    r"^([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([TGMkmunpfa\u00b5]?)\s*(?:[Oo]hms?|Hz|dBm|[FHVASsmWva])?$"
+    r"^([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([Mm]eg|[TGMkmunpfa\u00b5\u03bc]?)\s*(?:[Oo]hms?|Hz|dBm|[FHVASsmWva])?$"
 )
 
 
@@ -78,11 +78,12 @@ def value(given: Word) -> Word:
     text = given.strip()
     found = UNIT.match(text)
     if found:
-        scale = {"M": "Meg", "\u00b5": "u"}.get(found[2], found[2])
+        scale = {"M": "Meg", "\u00b5": "u", "\u03bc": "u"}.get(found[2], found[2])
         return word(found[1] + scale, given.line, given.col)
     if text[:1] == "'" and text[-1:] == "'":
         text = text[1:-1]
-    plain = text[:1] == "{" or text == ""
+    # 4k7 is judged where it is read as a number: in Qucs-S ngspice reads it as 4k
+    plain = text[:1] == "{" or text == "" or infix(text) is not None
     return word(text if plain else "{" + text + "}", given.line, given.col)
 
 

@@ -59,10 +59,13 @@ TABLE: dict[str, tuple[str, str, bool]] = {
     "sw_two_ctrl_missing": ("E109", "S1 two nodes `S1 in out g 0 sw`", True),
     "opamp_missing": ("E130", "lm358 LM358 `EU1 out 0 0 m 1e5`", True),
     "no_tran": ("N283", "no analysis .tran", True),
-    "lt_startup": ("E113", "`startup` LTspice", False),  # its step of 0 is LTspice's too: E305 then
+    "lt_steady": ("E113", "`steady` LTspice", False),  # its step of 0 is LTspice's too: E305 then
     "lt_A": ("E140", "`INV` LTspice v(in) > 0.5", False),
     # files of other programs
     "kicad": ("E128", "empty", False),  # a schematic is read; this one has nothing in it
+    "gschem": ("E100", "gschem gnetlist", False),
+    "xschem": ("E100", "xschem netlist", False),
+    "eagle": ("E100", "Eagle KiCad", False),
     "mjcf": ("E100", "MuJoCo import model.xml", False),
     "urdf": ("E100", "URDF import robot.urdf", False),
     "modelica": ("E100", "Modelica BODY", False),

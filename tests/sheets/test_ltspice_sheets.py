@@ -354,3 +354,24 @@ def test_lines_of_an_included_file_are_told_with_the_drawings_line(tmp_path):
     path = written(tmp_path, RC + "TEXT 32 500 Left 2 !.include own.lib\n")
     said = cli("check", str(path)).stderr
     assert "own.lib:1:" in said and f"included from {path}:{RC.count(chr(10)) + 1}" in said
+
+
+def test_a_value_that_is_still_to_be_written_is_an_error_by_name(tmp_path):
+    """ngspice takes a resistor without a value for 1 mOhm: a sheet that is not finished would run."""
+    path = tmp_path / "a.asc"
+    path.write_text(RC.replace("SYMATTR Value 1k", "SYMATTR Value"))
+    with pytest.raises(emsim.DeckError, match="R1 has no value"):
+        emsim.run(path)
+    # its deck is written, and that it does not run is told at the place in the drawing
+    run = cli("convert", str(path), str(tmp_path / "b.cir"))
+    assert run.returncode == 1 and (tmp_path / "b.cir").exists()
+    assert "R1 has no value" in run.stderr and "a.asc:" in run.stderr and "does not run" in run.stderr
+
+
+def test_a_letter_in_place_of_the_dot(tmp_path):
+    """LTspice reads 4k7 as 4.7k, SPICE as 4k: at 1/(2 pi 4.7k C) the gain is 1/sqrt(2)."""
+    (tmp_path / "a.asc").write_text(RC)
+    (tmp_path / "b.asc").write_text(RC.replace("SYMATTR Value 1k", "SYMATTR Value 4k7"))
+    (tmp_path / "c.asc").write_text(RC.replace("SYMATTR Value 1k", "SYMATTR Value 4.7k"))
+    a, b, c = (emsim.run(tmp_path / f"{name}.asc")["v(out)"] for name in "abc")
+    assert np.array_equal(b, c) and not np.array_equal(a, c)

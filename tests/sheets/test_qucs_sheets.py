@@ -98,6 +98,9 @@ def test_the_order_of_terminals(written):
     [
         ("1 kOhm", "1k"),
         ("10 MHz", "10Meg"),
+        ("1 Meg", "1Meg"),
+        ("2 \u03bcF", "2u"),
+        ("4k7", "4k7"),
         ("1.5 v", "1.5"),
         ("100 nF", "100n"),
         ("-5 V", "-5"),

@@ -30,6 +30,11 @@ def refused(cards: str, dialect: str | None = None) -> list[tuple[str, str]]:
 
 # (dialect, cards, the same as ngspice has it)
 SAME = {
+    "letter_as_dot": (
+        "ltspice",
+        "V1 a 0 1\nR1 a b 4k7\nR2 b 0 1Meg5\n.op",
+        "V1 a 0 1\nR1 a b 4.7k\nR2 b 0 1.5Meg\n.op",
+    ),
     "stop_time_alone": (
         "ltspice",
         "V1 a 0 SIN(0 1 1k)\nR1 a b 1k\n.tran 2m",
