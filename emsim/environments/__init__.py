@@ -3,9 +3,8 @@
     emsim/CartPole-v0    a pole on a cart, whose motor an agent gives its voltage (cart_pole.py, cart_pole.cir)
     emsim/Leg-v0         a leg of two links and two motors that hops (leg.py, leg.cir)
 
-`gymnasium.make` finds them by the entry point of this package, or once it is imported; so does `gymnasium.make_vec`, whose many run in
-threads of the engine.
-the engine.
+`gymnasium.make` finds them by the entry point of this package, or once it is imported; so does `gymnasium.make_vec`, whose many
+run in threads of the engine.
 """
 
 from __future__ import annotations
