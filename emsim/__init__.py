@@ -4,6 +4,7 @@
     compile(source)  the deck's equations -> System
     check(source)    the facts of a deck without running it
     Deck(source)     a deck that is read once, altered and run as often as one likes
+    env(source)      an environment of Gymnasium: a deck that an agent leads (emsim[gym])
     Session(source)  a run that is led: inputs set, outputs read, from step to step, and put back
     sweep(source)    many runs of a deck -> Swept
     fit(source, data, vary)        values from measured curves -> Fitted
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from .alterable import Deck
     from .diagnostics import ConvergenceError, DeckError, Interrupted, OutsideError
+    from .environments import env
     from .fits import fit, optimise
     from .fmus.session import Session
     from .pipeline import check, compile, run
@@ -31,14 +33,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ConvergenceError", "Deck", "DeckError", "Interrupted", "OutsideError", "Result", "Session", "System", "Table", "check",
-    "compile", "fit", "optimise", "run", "sweep",
+    "compile", "env", "fit", "optimise", "run", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
     "run": "pipeline", "sweep": "sweeps", "fit": "fits", "optimise": "fits", "compile": "pipeline", "check": "pipeline",
     "Deck": "alterable", "Result": "result", "Table": "table", "System": "system",
     "DeckError": "diagnostics", "ConvergenceError": "diagnostics", "OutsideError": "diagnostics",
-    "Interrupted": "diagnostics", "Session": "fmus.session",
+    "Interrupted": "diagnostics", "Session": "fmus.session", "env": "environments",
 }  # fmt: skip
 
 

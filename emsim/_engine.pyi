@@ -358,13 +358,23 @@ class System:
         conditions: Sequence[str],
         warnings: dict[int, str],
         accounts: tuple[Sequence[Expr], Sequence[Expr], Sequence[int]] | None,
-    ) -> tuple[bytes, list[tuple[str, str | None]]]:
+        exchange: bool,
+    ) -> tuple[
+        bytes,
+        list[tuple[str, str | None]],
+        tuple[list[tuple[str, str, str, float]], int, bool] | None,
+        str | None,
+    ]:
         """The equations as bytes, for the engine in an FMU. Inputs: wave, name, value where nothing is said, and when it
         varies (continuous, tunable, fixed); outputs: expression (made before `compile`), name; guards: expression
         of inputs, its sign, which is to stay; times: tstep, tstop, tmax, tstart [s];
         codes: kind of failure -> the code under which it is explained; conditions: what flags are called; warnings: flag -> what
         is said when it turns to 1; accounts: as those of `tran`, with what works in impulses. And
-        inputs that keep a hidden constraint from being differentiated, with an output that shows it. ValueError."""
+        inputs that keep a hidden constraint from being differentiated, with an output that shows it. With `exchange`, where
+        the deck
+        is an explicit ODE: of each state the unknown that stores it, its kind and unit, the nominal value; how many event
+        indicators
+        there are; are slopes of everything known? Or why it is none. ValueError."""
     def tran(
         self,
         tstep: float,
@@ -706,6 +716,18 @@ def device_parameters(kind: str, of: str = "model") -> list[tuple[list[str], str
 class State:
     """What an Instance is put back to."""
 
+def lead(
+    instances: Sequence[Instance],
+    inputs: Sequence[int],
+    values: Sequence[float],
+    h: float,
+    outputs: Sequence[int],
+    threads: int,
+) -> tuple[bytes, list[str | None]]:
+    """One step of h [s] of many instances, in threads: inputs are set to their rows of values, outputs read. These, an
+    instance a row, as
+    bytes of float64, and of each instance what it said where it failed."""
+
 class Instance:
     """A packed deck that is led from step to step. Value references: 0 is the time, then the inputs, then the outputs. What fails
     is a RuntimeError with a sentence."""
@@ -718,5 +740,9 @@ class Instance:
     def get(self, reference: int) -> float: ...
     def set(self, reference: int, value: float, slope: float) -> None: ...
     def step(self, h: float) -> list[str]: ...
+    def may_move(self, coordinate: int, speed: int | None) -> None:
+        """A coordinate that the start may have elsewhere, by its row and that of its speed."""
+    def place(self, coordinate: int, value: float | None) -> None:
+        """Where it is at the start, or as the deck has it; the run is then to be started."""
     def save(self) -> State: ...
     def restore(self, state: State) -> None: ...

@@ -198,6 +198,16 @@ class Unpacked:
         try:
             with zipfile.ZipFile(path) as file:
                 names = file.namelist()
+                # (what is unpacked of an entry is what its head says, or an error: zipfile reads no further)
+                size = sum(entry.file_size for entry in file.infolist())
+                largest = (
+                    2**31
+                )  # [bytes]: half of what 32 bits address, more than libraries and data of a model come to
+                if size > largest:
+                    raise FmuError(
+                        f"{path} comes to {size / 2**30:.1f} GiB unpacked, more than {largest // 2**30}: it is not unpacked",
+                        "an FMU holds libraries and data of a model; take out what it does not need",
+                    )
                 if "modelDescription.xml" not in names:
                     raise FmuError(f"{path} has no modelDescription.xml in it: it is no FMU")
                 self.described = Described(file.read("modelDescription.xml"), path)

@@ -1,6 +1,7 @@
 """usage: emsim fmu [options] deck.cir
 
-Writes the deck as a co-simulation FMU, which other simulators load: deck.fmu. What it takes and gives stands in the deck,
+Writes the deck as an FMU, which other simulators load: deck.fmu. It is for co-simulation, and for model exchange too where
+its equations are an explicit ODE. What it takes and gives stands in the deck,
 
   .fmu in=v1,load param=v2 tune=r1 out=v(out),angle(arm)
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 OPTIONS = [
     arguments.Option("-o --output", "the FMU, instead of deck.fmu", "FILE"),
     arguments.Option("--fmi", "version of FMI: 3, or 2", "N"),
+    arguments.Option("--kind", "cosim, model (exchange), or both", "KIND"),
     arguments.Option(
         "--in", "sources and values that are inputs, besides those of .fmu", "NAMES", repeat=True
     ),
@@ -59,12 +61,14 @@ def main(args: Sequence[str]) -> int:
     check_targets([path], deck)
     made = export(
         source_of(deck), path, _version(given), given.all("in"), given.all("out"), given.all("param"), given.all("tune"),
-        arguments.defines(given), arguments.overrides(given), given.all("library"),
+        arguments.defines(given), arguments.overrides(given), given.all("library"), _kind(given),
     )  # fmt: skip
     if given.has("json"):
         keys = ("name", "causality", "variability", "unit", "start")
         variables = [{key: getattr(v, key) for key in keys} for v in made.variables]
-        print_json(OK, made.diagnostics, fmu=path, fmi=made.version, variables=variables)
+        print_json(
+            OK, made.diagnostics, fmu=path, fmi=made.version, kinds=list(made.kinds), variables=variables
+        )
         return OK
     show([d for d in made.diagnostics if isinstance(d, Diagnostic)], given.has("quiet"))
     if not given.has("quiet"):
@@ -79,8 +83,19 @@ def _version(given: arguments.Arguments) -> int:
     return int(text[0])
 
 
+def _kind(given: arguments.Arguments) -> str:
+    from ..fmus.export import KINDS
+
+    kind = given.text("kind") or "both"
+    if kind not in KINDS:
+        raise arguments.UsageError(f"--kind {kind}: there are {', '.join(KINDS)}")
+    return kind
+
+
 def _told(made: Exported) -> list[str]:
-    lines = [f"{made.path}: co-simulation, FMI {made.version}.0"]
+    words = {"cosim": "co-simulation", "model": "model exchange"}
+    kinds = " and ".join(words[kind] for kind in ("cosim", "model") if kind in made.kinds)
+    lines = [f"{made.path}: {kinds}, FMI {made.version}.0"]
     for causality, word in (("input", "inputs"), ("parameter", "parameters"), ("output", "outputs")):
         if found := made.of(causality):
             lines.append(

@@ -33,10 +33,12 @@ _CATEGORIES = (
 
 
 class Variable:
-    """One variable: `causality` independent, input, parameter, output; `variability` continuous, tunable, fixed; `start` where it
-    has one."""
+    """One variable: `causality` independent, input, parameter, output, local; `variability` continuous, tunable, fixed;
+    `start` where
+    it has one; `derivative`: value reference of the state whose rate it is; `nominal` of a state; `role`: state, rate, indicator
+    of what is local."""
 
-    __slots__ = ("causality", "name", "says", "start", "unit", "variability")
+    __slots__ = ("causality", "derivative", "name", "nominal", "role", "says", "start", "unit", "variability")
 
     def __init__(
         self,
@@ -49,21 +51,35 @@ class Variable:
     ) -> None:
         self.variability = variability
         self.name, self.causality, self.unit, self.start, self.says = name, causality, unit, start, says
+        self.role = ""
+        self.derivative: int | None = None
+        self.nominal: float | None = None
+
+    @property
+    def initial(self) -> str | None:
+        return "calculated" if self.causality == "output" or self.role else None
 
     def __repr__(self) -> str:
-        return f"{self.variability} {self.causality} {self.name} [{self.unit}] {self.start!r}"
+        return f"{self.variability} {self.causality} {self.name} [{self.unit}] {self.start!r} {self.role} {self.nominal!r}"
 
 
 class Model:
-    """What the head of the description says: name of the library, title, token, end and step of the experiment [s], tolerance."""
+    """What the head of the description says: name of the library, title, token, end and step of the experiment [s], tolerance,
+    kinds (cosim, model), is a state kept, are there directional derivatives."""
 
-    __slots__ = ("can_return", "name", "reltol", "title", "token", "tstep", "tstop")
+    __slots__ = ("can_return", "kinds", "name", "reltol", "slopes", "title", "token", "tstep", "tstop")
 
     def __init__(
-        self, name: str, title: str, token: str, tstop: float, tstep: float, reltol: float, can_return: bool
+        self,
+        names: tuple[str, str, str],
+        experiment: tuple[float, float, float],
+        kinds: Sequence[str],
+        can_return: bool,
+        slopes: bool,
     ) -> None:
-        self.name, self.title, self.token = name, title, token
-        self.tstop, self.tstep, self.reltol, self.can_return = tstop, tstep, reltol, can_return
+        self.name, self.title, self.token = names
+        self.tstop, self.tstep, self.reltol = experiment
+        self.kinds, self.can_return, self.slopes = tuple(kinds), can_return, slopes
 
 
 def text(model: Model, variables: Sequence[Variable], version: int) -> str:
@@ -126,16 +142,38 @@ def _experiment(model: Model) -> str:
     )
 
 
+def _kinds(model: Model, version: int) -> list[str]:
+    """The elements of what the FMU is for."""
+    keeps = {"canGetAndSetFMUstate" if version == 2 else "canGetAndSetFMUState": model.can_return}
+    own: dict[str, object] = {"modelIdentifier": model.name}
+    exchange = {**own, **keeps}
+    if version == 2:
+        exchange |= {"completedIntegratorStepNotNeeded": False, "providesDirectionalDerivative": model.slopes}
+        couple = {
+            **own,
+            "canHandleVariableCommunicationStepSize": True,
+            "canInterpolateInputs": True,
+            **keeps,
+        }
+    else:
+        exchange |= {"needsCompletedIntegratorStep": True, "providesDirectionalDerivatives": model.slopes}
+        couple = {**own, "canHandleVariableCommunicationStepSize": True, **keeps}
+        couple |= {"canReturnEarlyAfterIntermediateUpdate": False, "hasEventMode": False}
+    found = [("model", "ModelExchange", exchange), ("cosim", "CoSimulation", couple)]
+    return ["  " + _element(tag, True, **words) for kind, tag, words in found if kind in model.kinds]
+
+
+def _places(variables: Sequence[Variable], *roles: str) -> list[int]:
+    return [k for k, v in enumerate(variables) if (v.role or v.causality) in roles]
+
+
 def _three(model: Model, variables: Sequence[Variable]) -> list[str]:
     lines = [
         _element(
             "fmiModelDescription", ends=False, fmiVersion="3.0", modelName=model.title, instantiationToken=model.token,
             generationTool=f"emsim {__version__}", variableNamingConvention="flat",
         ),
-        "  " + _element(
-            "CoSimulation", modelIdentifier=model.name, canHandleVariableCommunicationStepSize=True,
-            canGetAndSetFMUState=model.can_return, canReturnEarlyAfterIntermediateUpdate=False, hasEventMode=False,
-        ),
+        *_kinds(model, 3),
         *_units(variables),
         "  " + _CATEGORIES,
         _experiment(model),
@@ -145,28 +183,30 @@ def _three(model: Model, variables: Sequence[Variable]) -> list[str]:
         lines.append(
             "    " + _element(
                 "Float64", name=v.name, valueReference=k, description=v.says or None, causality=v.causality,
-                variability=v.variability,
-                initial="calculated" if v.causality == "output" else None,
-                unit=v.unit or None, start=v.start,
+                variability=v.variability, initial=v.initial,
+                unit=v.unit or None, nominal=v.nominal, derivative=v.derivative, start=v.start,
             )
         )  # fmt: skip
-    outputs = [k for k, v in enumerate(variables) if v.causality == "output"]
     lines += ["  </ModelVariables>", "  <ModelStructure>"]
-    lines += ["    " + _element("Output", valueReference=k) for k in outputs]
-    lines += ["    " + _element("InitialUnknown", valueReference=k) for k in outputs]
+    for word, roles in (
+        ("Output", ["output"]),
+        ("ContinuousStateDerivative", ["rate"]),
+        ("InitialUnknown", ["output", "state", "rate"]),
+        ("EventIndicator", ["indicator"]),
+    ):
+        lines += ["    " + _element(word, valueReference=k) for k in _places(variables, *roles)]
     return [*lines, "  </ModelStructure>", "</fmiModelDescription>"]
 
 
 def _two(model: Model, variables: Sequence[Variable]) -> list[str]:
+    indicators = len(_places(variables, "indicator"))
     lines = [
         _element(
             "fmiModelDescription", ends=False, fmiVersion="2.0", modelName=model.title, guid=model.token,
             generationTool=f"emsim {__version__}", variableNamingConvention="flat",
+            numberOfEventIndicators=indicators or None,
         ),
-        "  " + _element(
-            "CoSimulation", modelIdentifier=model.name, canHandleVariableCommunicationStepSize=True,
-            canInterpolateInputs=True, canGetAndSetFMUstate=model.can_return,
-        ),
+        *_kinds(model, 2),
         *_units(variables),
         "  " + _CATEGORIES,
         _experiment(model),
@@ -175,16 +215,21 @@ def _two(model: Model, variables: Sequence[Variable]) -> list[str]:
     for k, v in enumerate(variables):
         head = _element(
             "ScalarVariable", ends=False, name=v.name, valueReference=k, description=v.says or None, causality=v.causality,
-            variability=v.variability,
-            initial="calculated" if v.causality == "output" else None,
+            variability=v.variability, initial=v.initial,
         )  # fmt: skip
-        lines.append(f"    {head}{_element('Real', unit=v.unit or None, start=v.start)}</ScalarVariable>")
-    outputs = [k + 1 for k, v in enumerate(variables) if v.causality == "output"]
+        index = None if v.derivative is None else v.derivative + 1
+        real = _element("Real", unit=v.unit or None, nominal=v.nominal, start=v.start, derivative=index)
+        lines.append(f"    {head}{real}</ScalarVariable>")
     lines += ["  </ModelVariables>", "  <ModelStructure>"]
-    for word in ("Outputs", "InitialUnknowns"):
-        lines += [
-            f"    <{word}>",
-            *("      " + _element("Unknown", index=k) for k in outputs),
-            f"    </{word}>",
-        ]
+    for word, roles in (
+        ("Outputs", ["output"]),
+        ("Derivatives", ["rate"]),
+        ("InitialUnknowns", ["output", "state", "rate"]),
+    ):
+        if places := _places(variables, *roles):
+            lines += [
+                f"    <{word}>",
+                *("      " + _element("Unknown", index=k + 1) for k in places),
+                f"    </{word}>",
+            ]
     return [*lines, "  </ModelStructure>", "</fmiModelDescription>"]

@@ -16,7 +16,7 @@ from ..outputs.beside import replacing
 from ..pipeline import load
 from . import description, library, ports
 from .description import Variable
-from .model import pack, prepare, read
+from .model import Packed, pack, prepare, read
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -28,20 +28,38 @@ if TYPE_CHECKING:
     from ..diagnostics import Span
     from ..source import Source
 
+    Exchange = tuple[list[tuple[str, str, str, float]], int, bool]
+
 MODEL = "model.emsim"  # engine/src/fmi/mod.rs reads it
 VERSIONS = (2, 3)
+KINDS = {"both": ("model", "cosim"), "cosim": ("cosim",), "model": ("model",)}
+# of an unknown's kind what its row stores, how the unknown is read, and by its unit the units of what is stored and of its rate
+STORED = {
+    "node": ("charge", "v", {"V": ("A s", "A")}),
+    "branch": ("flux linkage", "i", {"A": ("Wb", "V")}),
+    "coordinate": ("position", "", {"m": ("m", "m/s"), "rad": ("rad", "rad/s")}),
+    "speed": ("momentum", "", {"m/s": ("kg m/s", "N"), "rad/s": ("N m s", "N m")}),
+}
 WRITTEN = (1980, 1, 1, 0, 0, 0)  # the same deck gives the same file
 
 
 class Exported:
-    """An FMU that was written: its `path`, the `variables` of its description, and what was said of the deck."""
+    """An FMU that was written: its `path`, its `kinds` (cosim, model), the `variables` of its description, and what was said
+    of the
+    deck."""
 
-    __slots__ = ("diagnostics", "path", "variables", "version")
+    __slots__ = ("diagnostics", "kinds", "path", "variables", "version")
 
     def __init__(
-        self, path: str, version: int, variables: list[Variable], diagnostics: list[Diagnostic]
+        self,
+        path: str,
+        version: int,
+        kinds: Sequence[str],
+        variables: list[Variable],
+        diagnostics: list[Diagnostic],
     ) -> None:
         self.path, self.version, self.variables, self.diagnostics = path, version, variables, diagnostics
+        self.kinds = tuple(kinds)
 
     def of(self, causality: str) -> list[Variable]:
         return [v for v in self.variables if v.causality == causality]
@@ -73,8 +91,9 @@ def export(
     defines: Mapping[str, Any] | None = None,
     options: Mapping[str, Any] | None = None,
     libraries: Sequence[str] = (),
+    kind: str = "both",
 ) -> Exported:
-    """Writes a deck as a co-simulation FMU.
+    """Writes a deck as an FMU for co-simulation and, where its equations are an explicit ODE, for model exchange.
 
     source      a path, the text itself, or a PySpice Circuit
     path        of the FMU; left out: the deck's name with .fmu, here
@@ -85,10 +104,13 @@ def export(
     outputs     expressions as .print takes them, besides those of the card
     defines     parameters that stand above the deck's .param; options: .options, by name
     libraries   libraries for other platforms, in place of that of this one
-    Raises DeckError, OutsideError; ValueError for another version.
+    kind        cosim, model, or both: co-simulation alone, with a note (N383), where the deck cannot be exchanged
+    Raises DeckError, OutsideError; ValueError for another version or kind.
     """
     if version not in VERSIONS:
         raise ValueError(f"there are FMI 2 and 3, not {version}")
+    if kind not in KINDS:
+        raise ValueError(f"there are the kinds {', '.join(KINDS)}, not {kind}")
     binaries = library.binaries(libraries, version)
     more = {
         "in": ports.given(inputs, False),
@@ -102,11 +124,20 @@ def export(
     stem = os.path.splitext(os.path.basename(where))[0] if where else "model"
     path = f"{stem}.fmu" if path is None else path
     name = identifier(stem)
-    data, token = stamped(assembly, model, variables)
+    kinds = KINDS[kind]
+    exchange = exchanged(assembly, model, variables, kind) if "model" in kinds else None
+    if exchange is None:
+        kinds = KINDS["cosim"]
+    else:
+        variables += stored(exchange, len(variables))
+    data, token = stamped(assembly, model, variables, exchange is not None)
     of_model = description.Model(
-        name, flat.title.strip() or stem, token, model.tstop, model.tstep, float(assembly.options.get("reltol", 1e-3)),
+        (name, flat.title.strip() or stem, token),
+        (model.tstop, model.tstep, float(assembly.options.get("reltol", 1e-3))),
+        kinds,
         can_return=not assembly.ctx.delayed,
-    )  # fmt: skip
+        slopes=exchange is not None and exchange[2],
+    )
     files = {
         "modelDescription.xml": description.text(of_model, variables, version).encode(),
         f"resources/{MODEL}": data,
@@ -114,7 +145,7 @@ def export(
         **library.licences(),
     }
     write(path, files)
-    return Exported(path, version, variables, flat.sink.diagnostics)
+    return Exported(path, version, kinds, variables, flat.sink.diagnostics)
 
 
 def opened(
@@ -154,19 +185,62 @@ def listed(assembly: Assembly, tran: Tran, taken: list[ports.Port]) -> list[Vari
     return found
 
 
-def stamped(assembly: Assembly, tran: Model, of: list[Variable]) -> tuple[bytes, str]:
+def exchanged(assembly: Assembly, tran: Model, of: list[Variable], kind: str) -> Exchange | None:
+    """The deck as an explicit ODE; None, with a note, where it is none and may be for co-simulation alone. Raises DeckError
+    (E383)."""
+    found = _pack(assembly, tran, of, "", True)
+    if found.exchange is not None:
+        return found.exchange
+    said = f"model exchange asks for an explicit ODE, and this deck is none: {found.refused}"
+    if kind == "model":
+        deck_error("E383", said, None, "--kind cosim has emsim's own integrator in it, which needs none")
+    assembly.flat.sink.note("N383", f"the FMU is for co-simulation alone: {said}")
+    return None
+
+
+def stored(exchange: Exchange, first: int) -> list[Variable]:
+    """The states, their rates and the event indicators, as variables from this value reference on."""
+    states, indicators, _ = exchange
+    found: list[Variable] = []
+    rates: list[Variable] = []
+    for k, (of, kind, unit, nominal) in enumerate(states):
+        what, word, units = STORED[kind]
+        name = f"{word}({of})" if word and "(" not in of else of
+        own, changing = units.get(unit, ("", ""))
+        state = Variable(f"stored({name})", "local", own, says=f"{what} in the equation of {name}")
+        state.role, state.nominal = "state", nominal
+        rate = Variable(f"der({state.name})", "local", changing)
+        rate.role, rate.derivative = "rate", first + k
+        found.append(state)
+        rates.append(rate)
+    found += rates
+    for k in range(indicators):
+        indicator = Variable(f"indicator({k + 1})", "local", "")
+        indicator.role = "indicator"
+        found.append(indicator)
+    return found
+
+
+def stamped(assembly: Assembly, tran: Model, of: list[Variable], exchange: bool) -> tuple[bytes, str]:
     """The model as bytes, and the token by which the library knows the description that belongs to it."""
     text = "\n".join(repr(v) for v in of)
-    token = hashlib.sha256(packed(assembly, tran, of) + text.encode() + __version__.encode()).hexdigest()[:32]
-    return packed(assembly, tran, of, token), token
+    made = packed(assembly, tran, of, "", exchange)
+    token = hashlib.sha256(made + text.encode() + __version__.encode()).hexdigest()[:32]
+    return packed(assembly, tran, of, token, exchange), token
 
 
-def packed(assembly: Assembly, tran: Model, of: list[Variable], token: str = "") -> bytes:
+def packed(
+    assembly: Assembly, tran: Model, of: list[Variable], token: str = "", exchange: bool = False
+) -> bytes:
     """The model as bytes. Raises DeckError (E381) where an output follows from a slope that an input leaves open."""
+    return _pack(assembly, tran, of, token, exchange).data
+
+
+def _pack(assembly: Assembly, tran: Model, of: list[Variable], token: str, exchange: bool) -> Packed:
     inputs = [(v.name, float(v.start or 0.0), v.variability) for v in given(of)]
     outputs = [(o.expr, o.name) for o in assembly.outputs[tran] if o.expr is not None]
-    made, impeding = pack(assembly, tran, inputs, outputs, token)
-    for name, shown in impeding:
+    made = pack(assembly, tran, inputs, outputs, token, exchange)
+    for name, shown in made.impeding:
         follows = f"`{shown}` follows" if shown else "conditions of the deck follow"
         said = f"`{name}` cannot come from outside: {follows} from slopes that it leaves open"
         hint = "a loop of capacitors and voltages, or a cutset of coils and currents, holds it: put a resistance in there"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from ..analyses.afterwards import condition
 from ..analyses.failure import CODES
 from ..analyses.tran import Tran
@@ -21,6 +23,19 @@ if TYPE_CHECKING:
     from ..deck import Deck, Probe
 
     Kind = TypeVar("Kind", bound=Tran)
+
+
+class Packed(NamedTuple):
+    """A model as bytes; inputs that keep hidden constraints from being differentiated, each with an output that shows it;
+    the deck as
+    an explicit ODE, by its states (what stores it, of which kind, unit, nominal value), event indicators, are slopes known;
+    or why
+    it is none."""
+
+    data: bytes
+    impeding: list[tuple[str, str | None]]
+    exchange: tuple[list[tuple[str, str, str, float]], int, bool] | None
+    refused: str | None
 
 
 def read(
@@ -98,9 +113,10 @@ def pack(
     inputs: Sequence[tuple[str, float, str]],
     outputs: Sequence[tuple[Expr, str]],
     token: str,
-) -> tuple[bytes, list[tuple[str, str | None]]]:
-    """The model as bytes, and inputs that keep hidden constraints from being differentiated, each with an output that shows it.
-    Inputs by name, value where nothing is said, and when they vary; `token`: by which the engine knows its description."""
+    exchange: bool = False,
+) -> Packed:
+    """The model as bytes. Inputs by name, value where nothing is said, and when they vary; `token`: by which the engine knows its
+    description; `exchange`: as an explicit ODE too."""
     ctx = assembly.ctx
     wave = {name.removeprefix(OUTSIDE): k for name, k in ctx.inputs.items()}
     names = assembly.system.flag_names
@@ -110,7 +126,7 @@ def pack(
         said |= {name: f"[W401] {text}" for name, text in assembly.machine.flag_warnings.items()}
     warnings = {k: said[name] for k, name in enumerate(names) if name in said}
     opened, book = assembly.flat.inputs, assembly.accounts
-    return assembly.system.pack(
+    made = assembly.system.pack(
         token=token,
         inputs=[(wave[name], name, start, varies) for name, start, varies in inputs],
         outputs=outputs,
@@ -122,4 +138,6 @@ def pack(
         conditions=conditions,
         warnings=warnings,
         accounts=None if book is None else book.expressions(),
+        exchange=exchange,
     )
+    return Packed(*made)

@@ -96,7 +96,8 @@ class Computing:
         if assembly.machine is not None and drawing is not None:
             self._movable(assembly.machine, drawing.names)
         taken += [(name, 0.0, "tunable") for name in held]
-        self.packed, self.impeding = pack(assembly, tran, taken, outputs, "")
+        made = pack(assembly, tran, taken, outputs, "")
+        self.packed, self.impeding = made.data, made.impeding
 
     def _movable(self, machine: Mechanism, names: Sequence[str]) -> None:
         self.mass = hands.mass(machine)

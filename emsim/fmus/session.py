@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from copy import copy
 
 from .._engine import Instance
+from ..assemble.hands import movable
 from ..diagnostics import ConvergenceError, Diagnostic, suggest
 from . import ports
 from .export import given, opened, packed
@@ -53,8 +55,29 @@ class Session:
         self._places = {v.name: k for k, v in enumerate(variables)}
         self.inputs = tuple(v.name for v in given(variables))
         self.outputs = tuple(v.name for v in variables if v.causality == "output")
-        self._instance = Instance(packed(assembly, model, variables))
+        machine = assembly.machine
+        places = [] if machine is None else movable(machine)[0]
+        grouped = machine is not None and bool(machine.groups)
+        # where rates of coordinates are no speeds of their own (quaternions) the mass matrix is none of theirs
+        self._coordinates = {
+            c.q_name: (c.row, None if grouped or c.speed_row < 0 else c.speed_row) for c in places
+        }
+        self._packed = packed(assembly, model, variables)
+        self._make()
+
+    def _make(self) -> None:
+        self._instance = Instance(self._packed)
+        for coordinate, speed in self._coordinates.values():
+            self._instance.may_move(coordinate, speed)
         self._do(self._instance.start)
+
+    def twin(self) -> Session:
+        """Another session of the same deck at t = 0, with its inputs as the deck has them: nothing is read anew. Raises
+        ConvergenceError."""
+        made = copy(self)
+        made.diagnostics = []
+        made._make()
+        return made
 
     @property
     def time(self) -> float:
@@ -68,6 +91,18 @@ class Session:
     def __setitem__(self, name: str, value: float) -> None:
         """Sets an input for the step to come, where it jumps; it stays so. Raises KeyError, ValueError."""
         self.set(name, value)
+
+    def reference(self, name: str) -> int:
+        """The value reference of an input or output, for `at`, or for `lead` of the engine. Raises KeyError."""
+        return self._place(name)
+
+    def at(self, reference: int) -> float:
+        """The value of what has this reference. Raises ConvergenceError."""
+        return self._do(self._instance.get, reference)
+
+    @property
+    def instance(self) -> Instance:
+        return self._instance
 
     def set(self, name: str, value: float, slope: float = 0.0) -> None:
         """An input from here on, and how fast it goes on during the next step [1/s]. Raises KeyError, ValueError."""
@@ -100,6 +135,21 @@ class Session:
         for name, value in inputs.items():
             self.set(name, value)
         self._do(self._instance.start)
+
+    def place(self, name: str, value: float | None = None) -> None:
+        """Where a coordinate, `angle(hinge)` or `pos(rail)`, is at the start [rad or m]; None: where the deck has it. Closed
+        loops
+        follow. It counts from the next `reset` on. Raises KeyError; ValueError where a loop cannot close so."""
+        found = self._coordinates.get(name.lower())
+        if found is None:
+            near = suggest(name, self._coordinates)
+            raise KeyError(f"no coordinate {name!r}" + (f"; did you mean {near!r}?" if near else ""))
+        if value is not None and not abs(value) < float("inf"):
+            raise ValueError(f"{name} is placed at {value}: a coordinate is a finite number")
+        try:
+            self._instance.place(found[0], value)
+        except RuntimeError as error:
+            raise ValueError(str(error)) from None
 
     def save(self) -> State:
         """What it can be put back to, any number of times. Raises ValueError for decks that read what was a time ago."""

@@ -117,6 +117,7 @@ def test_description_is_valid(tmp_path: Path, version: int) -> None:
     model = fmpy.read_model_description(path)
     assert [(v.name, v.causality) for v in model.modelVariables] == [
         ("time", "independent"), ("v1", "input"), ("v(out)", "output"), ("i(v1)", "output"),
+        ("stored(v(out))", "local"), ("der(stored(v(out)))", "local"),
     ]  # fmt: skip
     assert float(model.modelVariables[1].start) == 1.0
     assert model.defaultExperiment.stopTime == "0.005"

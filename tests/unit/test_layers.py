@@ -32,6 +32,7 @@ ROWS = [
     ["live"],
     ["editor"],
     ["__init__"],
+    ["environments"],
     ["fits", "fmus"],
     ["alterable", "sweeps"],
     ["pipeline"],

@@ -185,8 +185,12 @@ impl Gradients {
 
     /// At (x, 0), with conditions and sources as they are in `w`.
     pub fn at(&self, sys: &System, w: &mut Work, x: &[f64]) -> Vec<Slopes> {
-        sys.set_time(w, 0.0);
-        let values = self.tape.eval(&Inputs { x, t: 0.0, waves: &w.waves, flags: &w.flags });
+        self.at_time(sys, w, x, 0.0)
+    }
+
+    pub fn at_time(&self, sys: &System, w: &mut Work, x: &[f64], t: f64) -> Vec<Slopes> {
+        sys.set_time(w, t);
+        let values = self.tape.eval(&Inputs { x, t, waves: &w.waves, flags: &w.flags });
         let one = |terms: &Vec<(Leaf, usize)>| {
             let mut found = Slopes::default();
             for &(leaf, k) in terms {

@@ -122,6 +122,10 @@ impl Exchange {
         let done = self.attempt(&mut running, v, out, slopes);
         if let Err(said) = done {
             out.fill(f64::NAN);
+            // (what is discarded may be asked at another point; behind an error nothing is)
+            if running.calls.as_ref().is_some_and(|calls| calls.is_over()) {
+                running.failed = Some(said.clone());
+            }
             running.refused = Some(said);
         }
     }

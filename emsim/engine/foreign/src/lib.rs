@@ -153,6 +153,8 @@ pub trait Calls: Send {
     fn keep(&mut self) -> Result<Handle, String>;
     fn put_back(&mut self, state: Handle) -> Result<(), String>;
     fn release(&mut self, state: Handle);
+    /// Has an error ended it?
+    fn is_over(&self) -> bool;
 
     // model exchange
     fn set_time(&mut self, t: f64) -> Result<(), String>;

@@ -30,15 +30,26 @@ macro_rules! call {
         const NAME: &std::ffi::CStr = $name;
         match $self.functions.$field {
             // SAFETY: an instance that lives, and arrays as long as is said
-            Some(function) if !$self.broken => {
+            Some(function) if $self.over.is_none() => {
                 Ok(crate::crash::guarded(&$self.scene, NAME, || unsafe { function($self.component $(, $arg)*) }))
             }
-            Some(_) => Err(format!("{} is not called: a fatal error came before", NAME.to_string_lossy())),
+            Some(_) => Err(format!("{} is not called: an error came before", NAME.to_string_lossy())),
             None => Err(format!("its library has no function {}", NAME.to_string_lossy())),
         }
     }};
 }
 pub(super) use call;
+
+/// The same of what may be called behind an error too, though not behind a fatal one: what is left to an instance then is to be freed.
+macro_rules! freed {
+    ($self:ident, $field:ident, $name:literal $(, $arg:expr)*) => {
+        if let (Some(function), true) = ($self.functions.$field, $self.over != Some(Status::Fatal)) {
+            // SAFETY: an instance that lives
+            crate::crash::guarded(&$self.scene, $name, || unsafe { function($self.component $(, $arg)*) });
+        }
+    };
+}
+pub(super) use freed;
 
 /// The same, where any status but OK and a warning is an error.
 macro_rules! done {

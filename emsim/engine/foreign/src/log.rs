@@ -78,6 +78,11 @@ macro_rules! logger {
             journal: *mut c_void, _: *const c_char, status: c_int, _: *const c_char, text: *const c_char,
             $($word: usize,)* $($number: f64),*
         ) {
+            // (of more nobody knows where they lie: the message is told as it was written)
+            let (words, numbers) = ([$(stringify!($word)),*].len(), [$(stringify!($number)),*].len());
+            if let (false, Some(journal)) = (fits(text, words, numbers), journal.cast::<Journal>().as_ref()) {
+                return journal.write(status, text_at(text));
+            }
             // what is longer is cut
             let mut room = [0 as c_char; libc::BUFSIZ as usize];
             if !text.is_null() {
@@ -90,7 +95,60 @@ macro_rules! logger {
     };
 }
 #[cfg(all(unix, not(target_vendor = "apple")))]
-logger!(a b c d e f g h; r s t u v w x y);
+logger!(a b c d e f g h i j k l m n o p q r s t u v w x; n0 n1 n2 n3 n4 n5 n6 n7);
+
+/// Does a format ask for so many words and numbers at most? (ISO C, 7.21.6.1: flags, width, precision, length, conversion; a star is an
+/// integer; eight numbers lie in registers of their own, what comes behind them between the words.)
+#[cfg(all(unix, not(target_vendor = "apple")))]
+unsafe fn fits(format: *const c_char, words: usize, numbers: usize) -> bool {
+    let (mut asked, mut floats) = (0, 0);
+    let text = text_at(format);
+    let mut left = text.bytes();
+    while let Some(byte) = left.next() {
+        if byte != b'%' {
+            continue;
+        }
+        for byte in left.by_ref() {
+            match byte {
+                b'%' => break,
+                b'*' => asked += 1,
+                b'e' | b'E' | b'f' | b'F' | b'g' | b'G' | b'a' | b'A' => {
+                    floats += 1;
+                    break;
+                }
+                b'L' => return false, // a long double lies elsewhere
+                b'h' | b'l' | b'j' | b'z' | b't' | b'q' => {}
+                letter if letter.is_ascii_alphabetic() => {
+                    asked += 1;
+                    break;
+                }
+                _ => {}
+            }
+        }
+    }
+    asked <= words && floats <= numbers
+}
+
+#[cfg(all(test, unix, not(target_vendor = "apple")))]
+mod tests {
+    use super::fits;
+
+    #[test]
+    fn a_format_asks_for_so_many() {
+        for (format, words, numbers) in
+            [(c"100 %% of %s", 1, 0), (c"%-*.*f at %5.2lf of %lu", 3, 2), (c"%d %i %u %x %c %p %s %zu %lld", 9, 0)]
+        {
+            // SAFETY: a C string
+            unsafe {
+                assert!(fits(format.as_ptr(), words, numbers));
+                assert!(words == 0 || !fits(format.as_ptr(), words - 1, numbers));
+                assert!(numbers == 0 || !fits(format.as_ptr(), words, numbers - 1));
+            }
+        }
+        // SAFETY: as above
+        assert!(unsafe { !fits(c"%Lf".as_ptr(), 9, 9) });
+    }
+}
 
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
 pub unsafe extern "C" fn two(

@@ -1,6 +1,6 @@
 //! FMI 3.0: truth values are bytes, a function for each type of variables, resources come as a path.
 use super::crash::{guarded, Scene};
-use super::library::{call, done, failed, functions, open};
+use super::library::{call, done, failed, freed, functions, open};
 use super::log::{self, Journal, Status};
 use super::{rounded, runs, Calls, Handle, Kind, Spec, Stepped, Updated, Variable};
 use std::ffi::{c_char, c_int, c_void, CStr, CString};
@@ -63,7 +63,8 @@ functions! {
 pub struct Instance {
     component: C,
     functions: Table,
-    broken: bool,
+    /// the error behind which it is not called
+    over: Option<Status>,
     scene: Scene,
     journal: Box<Journal>,
     spec: Arc<Spec>,
@@ -103,7 +104,7 @@ impl Instance {
         Ok(Instance {
             component,
             functions,
-            broken: false,
+            over: None,
             scene,
             journal,
             spec: spec.clone(),
@@ -119,7 +120,7 @@ impl Instance {
         }
         // after an error it may be freed, and no more; after a fatal one not even that; what is discarded may be asked at another point
         self.begun &= status == Status::Discard;
-        self.broken = status == Status::Fatal;
+        self.over = (status != Status::Discard).then_some(status);
         Err(failed(function, status, &self.journal.reason()))
     }
 }
@@ -132,7 +133,7 @@ impl Drop for Instance {
         if self.begun {
             let _ = call!(self, terminate, c"fmi3Terminate");
         }
-        let _ = call!(self, free, c"fmi3FreeInstance");
+        freed!(self, free, c"fmi3FreeInstance");
     }
 }
 
@@ -239,7 +240,11 @@ impl Calls for Instance {
     }
 
     fn release(&mut self, mut state: Handle) {
-        let _ = call!(self, free_state, c"fmi3FreeFMUState", &mut state.0);
+        freed!(self, free_state, c"fmi3FreeFMUState", &mut state.0);
+    }
+
+    fn is_over(&self) -> bool {
+        self.over.is_some()
     }
 
     fn set_time(&mut self, t: f64) -> Result<(), String> {

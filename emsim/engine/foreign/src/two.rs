@@ -1,6 +1,6 @@
 //! FMI 2.0: truth values are integers, the experiment is set up apart, resources come as a URI.
 use super::crash::{guarded, Scene};
-use super::library::{call, done, failed, functions, open};
+use super::library::{call, done, failed, freed, functions, open};
 use super::log::{self, Journal, Status};
 use super::{rounded, runs, Calls, Handle, Kind, Spec, Stepped, Updated, Variable};
 use std::ffi::{c_char, c_int, c_void, CStr, CString};
@@ -66,7 +66,8 @@ functions! {
 pub struct Instance {
     component: C,
     functions: Table,
-    broken: bool,
+    /// the error behind which it is not called
+    over: Option<Status>,
     scene: Scene,
     journal: Box<Journal>,
     spec: Arc<Spec>,
@@ -108,7 +109,7 @@ impl Instance {
         Ok(Instance {
             component,
             functions,
-            broken: false,
+            over: None,
             scene,
             journal,
             spec: spec.clone(),
@@ -125,7 +126,7 @@ impl Instance {
         }
         // after an error it may be freed, and no more; after a fatal one not even that; what is discarded may be asked at another point
         self.begun &= status == Status::Discard;
-        self.broken = status == Status::Fatal;
+        self.over = (status != Status::Discard).then_some(status);
         Err(failed(function, status, &self.journal.reason()))
     }
 }
@@ -135,7 +136,7 @@ impl Drop for Instance {
         if self.begun {
             let _ = call!(self, terminate, c"fmi2Terminate");
         }
-        let _ = call!(self, free, c"fmi2FreeInstance");
+        freed!(self, free, c"fmi2FreeInstance");
     }
 }
 
@@ -222,7 +223,11 @@ impl Calls for Instance {
     }
 
     fn release(&mut self, mut state: Handle) {
-        let _ = call!(self, free_state, c"fmi2FreeFMUstate", &mut state.0);
+        freed!(self, free_state, c"fmi2FreeFMUstate", &mut state.0);
+    }
+
+    fn is_over(&self) -> bool {
+        self.over.is_some()
     }
 
     fn set_time(&mut self, t: f64) -> Result<(), String> {

@@ -7,6 +7,7 @@ mod escape;
 mod jumps;
 mod laws;
 mod memory;
+mod outside;
 mod passage;
 mod stretch;
 

@@ -34,7 +34,7 @@ mod watch;
 pub use apart::{run as run_apart, Part};
 pub use driver::{Failed, Outcome, Status, Tick, Transient};
 pub use multirate::pays;
-pub use session::{Place, Session};
+pub use session::{nominals, watched, Exchange, Place, Session, Stood};
 pub use watch::Report;
 
 use emsim_sparse as sparse;

@@ -1,5 +1,7 @@
 //! A run that is led from outside (FMI): it goes on stretch by stretch as far as is asked, and between two stretches what comes from
 //! outside (`waves::Input`) may change.
+mod exchange;
+
 use super::driver::{starting_point, Failed, Mark, Run, Status, Transient};
 use super::rows::Sink;
 use super::{make, Method};
@@ -7,6 +9,7 @@ use crate::ledger::Inside;
 use crate::newton::Options;
 use crate::record::Record;
 use crate::system::{System, Work};
+pub use exchange::{nominals, watched, Exchange, Stood};
 use std::sync::Arc;
 
 /// What is said to be the end of a run may be passed; it is then so much farther away.
@@ -132,6 +135,21 @@ impl Session {
     pub fn happened(&mut self) -> (Vec<(f64, usize, bool)>, &[usize]) {
         self.run.w.logic.log.clear();
         (std::mem::take(&mut self.run.outcome.events), &self.run.outcome.resting)
+    }
+
+    /// What is stored in a row where the run stands, and how fast it changes.
+    pub fn stored(&mut self, row: usize) -> (f64, f64) {
+        let (sys, t) = (self._owned._system.clone(), self.run.time());
+        sys.eval(self.run.w, &self.run.x, t);
+        (self.run.w.q[row], -self.run.w.f[row])
+    }
+
+    /// What a watched condition asks where the run stands: above 0 where it is to turn.
+    pub fn indicator(&mut self, k: usize) -> f64 {
+        let (sys, t) = (self._owned._system.clone(), self.run.time());
+        let mut all = vec![0.0; sys.flags.len()];
+        sys.eval_all_roots(self.run.w, &self.run.x, t, &mut all);
+        watched(&sys).get(k).map_or(0.0, |&k| all[k])
     }
 
     /// The rows of the newest stretch, or the newest row: time and outputs, one after the other.

@@ -1,4 +1,4 @@
-//! The functions of a co-simulation FMU, FMI 2.0 (two.rs) and 3.0 (three.rs), without Python: the library in an FMU is this one.
+//! The functions of an FMU for co-simulation and model exchange, FMI 2.0 (two.rs) and 3.0 (three.rs), without Python: the library in an FMU is this one.
 //!
 //! Where a library may leave symbols open until it is loaded, the module of Python is the FMU's library too, its references to Python
 //! made weak (emsim/fmus/library.py). Elsewhere it is built without the feature `python`.
@@ -111,7 +111,7 @@ unsafe fn put<T>(p: *mut T, value: T) {
 }
 
 /// An instance of what lies in `resources`; null where that fails, and the log says why.
-fn instantiate(name: &str, token: &str, resources: Option<PathBuf>, log: Log) -> *mut c_void {
+fn instantiate(name: &str, token: &str, resources: Option<PathBuf>, by_others: bool, log: Log) -> *mut c_void {
     let name = c_text(name);
     let made = catch_unwind(AssertUnwindSafe(|| {
         let folder = resources.ok_or("the FMU does not say where its resources are")?;
@@ -121,7 +121,7 @@ fn instantiate(name: &str, token: &str, resources: Option<PathBuf>, log: Log) ->
         if packed.token != token {
             return Err(format!("the description speaks of the model {token}, the resources hold {}", packed.token));
         }
-        Instance::new(packed)
+        Instance::of(packed, by_others)
     }));
     match made {
         Ok(Ok(instance)) => Box::into_raw(Box::new(Component { name, instance, log, broken: false })).cast(),
@@ -159,8 +159,10 @@ unsafe fn with(c: *mut c_void, what: impl FnOnce(&mut Component) -> Result<(), S
             OK
         }
         Ok(Err(text)) => {
-            component.tell(ERROR, &text);
-            ERROR
+            // fmi2Discard: an importer's solver may try a shorter step
+            let status = if std::mem::take(&mut component.instance.discards) { 2 } else { ERROR };
+            component.tell(status, &text);
+            status
         }
         Err(panic) => {
             component.broken = true;

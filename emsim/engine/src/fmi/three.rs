@@ -1,4 +1,4 @@
-//! FMI 3.0 for co-simulation. (Standard: fmi-standard.org, version 3.0.2.) Truth values are bytes.
+//! FMI 3.0. (Standard: fmi-standard.org, version 3.0.2.) Truth values are bytes.
 use super::{category, Log, ERROR, OK};
 use super::{free, free_state, get, instantiate, keep_state, put, put_state, set, slice, slice_mut, text_at, with};
 use std::ffi::{c_char, c_int, c_void, CStr};
@@ -43,22 +43,21 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
         log(&super::c_text(name), ERROR, c"this FMU has no event mode: events are found within its steps");
         return std::ptr::null_mut();
     }
-    instantiate(name, text_at(token).unwrap_or(""), text_at(resources).map(PathBuf::from), log)
+    instantiate(name, text_at(token).unwrap_or(""), text_at(resources).map(PathBuf::from), false, log)
 }
 
 #[no_mangle]
 pub unsafe extern "C" fn fmi3InstantiateModelExchange(
     name: *const c_char,
-    _token: *const c_char,
-    _resources: *const c_char,
+    token: *const c_char,
+    resources: *const c_char,
     _visible: u8,
     _logging: u8,
     environment: *mut c_void,
     logger: Option<Logger>,
 ) -> *mut c_void {
-    let name = super::c_text(text_at(name).unwrap_or(""));
-    logging(logger, environment)(&name, ERROR, c"this FMU is for co-simulation: it has its own integrator");
-    std::ptr::null_mut()
+    let (log, folder) = (logging(logger, environment), text_at(resources).map(PathBuf::from));
+    instantiate(text_at(name).unwrap_or(""), text_at(token).unwrap_or(""), folder, true, log)
 }
 
 #[no_mangle]
@@ -93,6 +92,39 @@ of_component! {
         put(last, c.instance.time());
         done
     };
+    fmi3SetTime: |c, t: f64| c.instance.put_time(t);
+    fmi3SetContinuousStates: |c, x: *const f64, n: usize| c.instance.put_states(slice(x, n));
+    fmi3GetContinuousStates: |c, x: *mut f64, n: usize| c.instance.get_states(slice_mut(x, n));
+    fmi3GetNominalsOfContinuousStates: |c, x: *mut f64, n: usize| c.instance.nominals(slice_mut(x, n));
+    fmi3GetContinuousStateDerivatives: |c, rates: *mut f64, n: usize| c.instance.rates(slice_mut(rates, n));
+    fmi3GetEventIndicators: |c, z: *mut f64, n: usize| c.instance.event_indicators(slice_mut(z, n));
+    fmi3GetNumberOfEventIndicators: |c, n: *mut usize| {
+        put(n, c.instance.indicators());
+        Ok(())
+    };
+    fmi3GetNumberOfContinuousStates: |c, n: *mut usize| {
+        put(n, c.instance.states());
+        Ok(())
+    };
+    fmi3CompletedIntegratorStep: |c, _no_return: u8, event: *mut u8, terminate: *mut u8| {
+        put(terminate, 0);
+        c.instance.completed_step().map(|asks| put(event, u8::from(asks)))
+    };
+    fmi3EnterEventMode: |c| c.instance.enter_event_mode();
+    fmi3EnterContinuousTimeMode: |c| c.instance.enter_continuous_time_mode();
+    fmi3UpdateDiscreteStates: |c, again: *mut u8, end: *mut u8, nominals: *mut u8, states: *mut u8, has: *mut u8, next: *mut f64| {
+        let update = c.instance.update_discrete_states()?;
+        for flag in [again, end, nominals] {
+            put(flag, 0);
+        }
+        put(states, u8::from(update.states_changed));
+        put(has, u8::from(update.next_event.is_some()));
+        put(next, update.next_event.unwrap_or(0.0));
+        Ok(())
+    };
+    fmi3GetDirectionalDerivative: |c, of: *const u32, n: usize, by: *const u32, m: usize, seed: *const f64, k: usize, out: *mut f64, room: usize| {
+        c.instance.directional(slice(of, n), slice(by, m), slice(seed, k), slice_mut(out, room))
+    };
     fmi3GetFMUState: |c, state: *mut *mut c_void| keep_state(c, state);
     fmi3SetFMUState: |c, state: *mut c_void| put_state(c, state);
 }
@@ -111,10 +143,6 @@ no_variables!("Float64": fmi3SetUInt64 fmi3SetBoolean fmi3SetString fmi3SetBinar
 no_variables!("Float64": fmi3GetOutputDerivatives fmi3GetIntervalDecimal fmi3GetIntervalFraction fmi3GetShiftDecimal);
 no_variables!("Float64": fmi3GetShiftFraction fmi3SetIntervalDecimal fmi3SetIntervalFraction fmi3SetShiftDecimal fmi3SetShiftFraction);
 
-refused!(fmi3EnterEventMode fmi3EnterStepMode fmi3EnterConfigurationMode fmi3ExitConfigurationMode fmi3UpdateDiscreteStates);
-refused!(fmi3EvaluateDiscreteStates fmi3GetNumberOfVariableDependencies fmi3GetVariableDependencies);
+refused!(fmi3EnterStepMode fmi3EnterConfigurationMode fmi3ExitConfigurationMode fmi3EvaluateDiscreteStates);
+refused!(fmi3GetNumberOfVariableDependencies fmi3GetVariableDependencies fmi3GetAdjointDerivative fmi3ActivateModelPartition);
 refused!(fmi3SerializedFMUStateSize fmi3SerializeFMUState fmi3DeserializeFMUState);
-refused!(fmi3GetDirectionalDerivative fmi3GetAdjointDerivative fmi3EnterContinuousTimeMode fmi3CompletedIntegratorStep);
-refused!(fmi3SetTime fmi3SetContinuousStates fmi3GetContinuousStateDerivatives fmi3GetEventIndicators);
-refused!(fmi3GetContinuousStates fmi3GetNominalsOfContinuousStates fmi3GetNumberOfEventIndicators);
-refused!(fmi3GetNumberOfContinuousStates fmi3ActivateModelPartition);

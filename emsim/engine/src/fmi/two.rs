@@ -1,4 +1,4 @@
-//! FMI 2.0 for co-simulation. (Standard: fmi-standard.org, version 2.0.5.)
+//! FMI 2.0. (Standard: fmi-standard.org, version 2.0.5.)
 use super::{category, Log, OK};
 use super::{
     free, free_state, get, instantiate, keep_state, path_of, put, put_state, set, slice, slice_mut, text_at, with,
@@ -17,8 +17,18 @@ pub struct Callbacks {
     environment: *mut c_void,
 }
 
-const CO_SIMULATION: c_int = 1;
 const DISCARD: c_int = 2;
+
+/// fmi2EventInfo
+#[repr(C)]
+pub struct EventInfo {
+    again: c_int,
+    terminate: c_int,
+    nominals_changed: c_int,
+    states_changed: c_int,
+    has_next: c_int,
+    next: f64,
+}
 
 #[no_mangle]
 pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
@@ -51,11 +61,12 @@ pub unsafe extern "C" fn fmi2Instantiate(
         }
     });
     let name = text_at(name).unwrap_or("");
-    if kind != CO_SIMULATION {
-        log(&super::c_text(name), ERROR, c"this FMU is for co-simulation: it has its own integrator");
+    // fmi2Type: 0 model exchange, 1 co-simulation
+    if kind != 0 && kind != 1 {
+        log(&super::c_text(name), ERROR, c"there are FMUs for model exchange and for co-simulation");
         return std::ptr::null_mut();
     }
-    instantiate(name, text_at(token).unwrap_or(""), text_at(resources).map(path_of), log)
+    instantiate(name, text_at(token).unwrap_or(""), text_at(resources).map(path_of), kind == 0, log)
 }
 
 #[no_mangle]
@@ -89,6 +100,33 @@ of_component! {
         Ok(())
     };
     fmi2DoStep: |c, t: f64, h: f64, _no_return: c_int| c.instance.step(t, h);
+    fmi2SetTime: |c, t: f64| c.instance.put_time(t);
+    fmi2SetContinuousStates: |c, x: *const f64, n: usize| c.instance.put_states(slice(x, n));
+    fmi2GetContinuousStates: |c, x: *mut f64, n: usize| c.instance.get_states(slice_mut(x, n));
+    fmi2GetNominalsOfContinuousStates: |c, x: *mut f64, n: usize| c.instance.nominals(slice_mut(x, n));
+    fmi2GetDerivatives: |c, rates: *mut f64, n: usize| c.instance.rates(slice_mut(rates, n));
+    fmi2GetEventIndicators: |c, z: *mut f64, n: usize| c.instance.event_indicators(slice_mut(z, n));
+    fmi2CompletedIntegratorStep: |c, _no_return: c_int, event: *mut c_int, terminate: *mut c_int| {
+        put(terminate, 0);
+        c.instance.completed_step().map(|asks| put(event, c_int::from(asks)))
+    };
+    fmi2EnterEventMode: |c| c.instance.enter_event_mode();
+    fmi2EnterContinuousTimeMode: |c| c.instance.enter_continuous_time_mode();
+    fmi2NewDiscreteStates: |c, info: *mut EventInfo| {
+        let update = c.instance.update_discrete_states()?;
+        put(info, EventInfo {
+            again: 0,
+            terminate: 0,
+            nominals_changed: 0,
+            states_changed: c_int::from(update.states_changed),
+            has_next: c_int::from(update.next_event.is_some()),
+            next: update.next_event.unwrap_or(0.0),
+        });
+        Ok(())
+    };
+    fmi2GetDirectionalDerivative: |c, of: *const u32, n: usize, by: *const u32, m: usize, seed: *const f64, out: *mut f64| {
+        c.instance.directional(slice(of, n), slice(by, m), slice(seed, m), slice_mut(out, n))
+    };
     fmi2GetFMUstate: |c, state: *mut *mut c_void| keep_state(c, state);
     fmi2SetFMUstate: |c, state: *mut c_void| put_state(c, state);
     /// All that there is to say: steps end as they are asked to, or fail.
@@ -123,4 +161,4 @@ never_pending!(fmi2GetStatus fmi2GetIntegerStatus fmi2GetStringStatus fmi2Cancel
 no_variables!("real": fmi2GetInteger fmi2GetBoolean fmi2GetString fmi2SetInteger fmi2SetBoolean fmi2SetString);
 no_variables!("real": fmi2GetRealOutputDerivatives);
 
-refused!(fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate fmi2GetDirectionalDerivative);
+refused!(fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate);

@@ -1,14 +1,17 @@
 //! One instance of a packed deck, as FMUs and pages have them: what is set, how far it is, and why it fails, in the deck's names.
 //!
-//! Value references: 0 is the time, then the inputs, then the outputs, in the order of the description.
+//! Value references: 0 is the time, then the inputs, then the outputs, in the order of the description; where the deck is an explicit ODE
+//! too, then its states, then their rates.
 //! An input goes on from where it is set as a straight line, of slope 0 where none is given for the step to come (FMI 2: input
 //! derivatives). Where its value jumps, the step begins with the values behind the jump, as at the corner of a source.
+mod exchanged;
 mod placed;
+mod slopes;
 
 use super::{Accounts, Packed, Varies};
 use crate::edges::TOGETHER;
 use crate::graph::{Graph, Id};
-use crate::integrate::{self, Failed, Place, Session, Transient};
+use crate::integrate::{self, Exchange, Failed, Place, Session, Stood, Transient};
 use crate::ledger::Ledger;
 use crate::newton::{Failure, Options};
 use crate::record::Record;
@@ -24,6 +27,9 @@ enum Phase {
     Instantiated,
     Initialising,
     Stepping,
+    /// of model exchange
+    Event,
+    Continuous,
     Terminated,
     Failed,
 }
@@ -43,6 +49,8 @@ pub struct Instance {
     given: Vec<Given>,
     changed: bool,
     session: Option<Session>,
+    exchange: Option<Exchange>,
+    slopes: Option<slopes::Tapes>,
     time: f64,
     stop: Option<f64>,
     reltol: Option<f64>,
@@ -52,6 +60,10 @@ pub struct Instance {
     places: placed::Places,
     /// all rows of a step are kept, as they are drawn
     pub drawn: bool,
+    /// its steps are somebody else's: model exchange
+    by_others: bool,
+    /// what failed may succeed at another point
+    pub discards: bool,
 }
 
 /// What an instance is put back to.
@@ -61,6 +73,7 @@ pub struct Kept {
     changed: bool,
     lines: Vec<[f64; 3]>,
     place: Option<Place>,
+    stood: Option<Stood>,
     time: f64,
     stop: Option<f64>,
     reltol: Option<f64>,
@@ -68,7 +81,15 @@ pub struct Kept {
 
 impl Instance {
     pub fn new(packed: Packed) -> Result<Instance, String> {
-        let (system, graph) = packed.compile()?;
+        Instance::of(packed, false)
+    }
+
+    /// One whose steps are its own, or somebody else's.
+    pub fn of(packed: Packed, by_others: bool) -> Result<Instance, String> {
+        if by_others && packed.exchange.is_none() {
+            return Err("this FMU is for co-simulation: it has its own integrator".into());
+        }
+        let (system, graph) = if by_others { packed.compile_for_others()? } else { packed.compile()? };
         let mut made = Instance {
             packed,
             system,
@@ -77,6 +98,8 @@ impl Instance {
             given: Vec::new(),
             changed: false,
             session: None,
+            exchange: None,
+            slopes: None,
             time: 0.0,
             stop: None,
             reltol: None,
@@ -84,13 +107,15 @@ impl Instance {
             said: BTreeSet::new(),
             places: placed::Places::default(),
             drawn: false,
+            by_others,
+            discards: false,
         };
         made.reset();
         Ok(made)
     }
 
     pub fn reset(&mut self) {
-        self.session = None;
+        (self.session, self.exchange) = (None, None);
         self.given = self.packed.inputs.iter().map(|i| Given { value: i.start, slope: 0.0 }).collect();
         (self.phase, self.changed, self.time) = (Phase::Instantiated, false, 0.0);
         (self.stop, self.reltol) = (None, None);
@@ -138,12 +163,12 @@ impl Instance {
     pub fn exit_initialisation(&mut self) -> Result<(), String> {
         self.must_be(&[Phase::Initialising], "end its initialisation")?;
         self.start()?;
-        self.phase = Phase::Stepping;
+        self.phase = if self.by_others { Phase::Event } else { Phase::Stepping };
         Ok(())
     }
 
     pub fn terminate(&mut self) -> Result<(), String> {
-        self.must_be(&[Phase::Stepping], "be terminated")?;
+        self.must_be(&[Phase::Stepping, Phase::Event, Phase::Continuous], "be terminated")?;
         self.phase = Phase::Terminated;
         Ok(())
     }
@@ -156,6 +181,8 @@ impl Instance {
             Phase::Instantiated => "instantiated, and not initialised",
             Phase::Initialising => "being initialised",
             Phase::Stepping => "running",
+            Phase::Event => "in event mode",
+            Phase::Continuous => "in continuous-time mode",
             Phase::Terminated => "terminated",
             Phase::Failed => "stopped by an error",
         };
@@ -164,13 +191,18 @@ impl Instance {
 
     /// The run at its start, with the inputs as they are.
     fn start(&mut self) -> Result<(), String> {
-        if self.session.is_some() && !self.changed {
+        if (self.session.is_some() || self.exchange.is_some()) && !self.changed {
             return Ok(());
         }
-        self.session = None;
+        (self.session, self.exchange) = (None, None);
         let (a, options, record) = self.prepared();
         self.guarded(0.0)?;
         self.changed = false;
+        if self.by_others {
+            let made = Exchange::new(self.system.clone(), a, options, record);
+            self.exchange = Some(made.map_err(|failed| self.fail(&failed))?);
+            return Ok(());
+        }
         match Session::new(self.system.clone(), a, options, record) {
             Ok(session) => {
                 self.session = Some(session);
@@ -243,14 +275,17 @@ impl Instance {
             _ => {}
         }
         let k = k - 1 - inputs;
-        let Some(output) = self.packed.outputs.get(k) else {
+        if k >= self.packed.outputs.len() && !self.is_stored(k) {
             return Err(format!("there is no variable with the value reference {reference}"));
-        };
+        }
         if self.phase == Phase::Instantiated {
-            return Err(format!("`{}` has no value before the model is initialised", output.name));
+            return Err(format!("`{}` has no value before the model is initialised", self.name_of(k)));
         }
         if self.phase == Phase::Initialising {
             self.start()?;
+        }
+        if self.by_others || k >= self.packed.outputs.len() {
+            return self.get_of_ode(k);
         }
         let found = self.session.as_ref().and_then(|s| s.outputs().get(k).copied());
         found.ok_or_else(|| "the model has no values: it could not be initialised".into())
@@ -270,6 +305,9 @@ impl Instance {
         }
         self.changed |= self.given[k].value != value || self.given[k].slope != 0.0;
         self.given[k].value = value;
+        if self.exchange.is_some() && self.phase != Phase::Initialising {
+            return self.hand_on(k);
+        }
         Ok(())
     }
 
@@ -340,9 +378,12 @@ impl Instance {
     /// What the run of a deck says behind its end: functions that left their domain, parts that left their range, conditions that
     /// chatter; each once.
     fn listen(&mut self) {
-        let Some(session) = &mut self.session else { return };
         let packed = &self.packed;
-        let (events, resting) = session.happened();
+        let (events, resting) = match (&mut self.session, &mut self.exchange) {
+            (Some(session), _) => session.happened(),
+            (None, Some(exchange)) => exchange.happened(),
+            (None, None) => return,
+        };
         let turned = events.iter().filter(|(_, _, on)| *on).filter_map(|(t, k, _)| {
             let text = packed.warnings.get(k)?;
             Some((text.clone(), format!("{text}; first at t = {t} s")))
@@ -393,6 +434,7 @@ impl Instance {
             changed: self.changed,
             lines: self.packed.inputs.iter().map(|i| line(i.wave)).collect(),
             place: self.session.as_ref().map(Session::place),
+            stood: self.exchange.as_ref().map(Exchange::stood),
             time: self.time,
             stop: self.stop,
             reltol: self.reltol,
@@ -407,6 +449,11 @@ impl Instance {
             if let Some(line) = self.system.waves[input.wave].as_input() {
                 line.set(from, value, slope);
             }
+        }
+        match (&kept.stood, &mut self.exchange) {
+            (None, exchange) => *exchange = None,
+            (Some(stood), Some(exchange)) => exchange.return_to(stood),
+            (Some(_), None) => return Err("the state is of a run, and there is none to be put back".into()),
         }
         match (&kept.place, &mut self.session) {
             (None, session) => *session = None,

@@ -91,6 +91,28 @@ pub struct Packed {
     pub warnings: BTreeMap<usize, String>,
     /// where the deck keeps them
     pub accounts: Option<Accounts>,
+    /// the deck as an explicit ODE, where it was asked for and is one
+    pub exchange: Option<Exchange>,
+}
+
+/// What model exchange shows of the deck.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub struct Exchange {
+    /// rows of the system that are states, with what stores there
+    pub states: Vec<State>,
+    pub indicators: usize,
+    /// are slopes of everything known from the Jacobian?
+    pub slopes: bool,
+}
+
+#[derive(Clone, Serialize, Deserialize)]
+pub struct State {
+    pub row: usize,
+    /// of the unknown that stores it
+    pub of: String,
+    pub kind: String,
+    pub unit: String,
+    pub nominal: f64,
 }
 
 impl Packed {
@@ -123,6 +145,32 @@ impl Packed {
             system.reduce(&mut graph);
         }
         Ok((system, graph))
+    }
+
+    /// The equations as an explicit ODE, for a solver of somebody else's. Err: why they are none.
+    pub fn compile_for_others(&self) -> Result<(Arc<System>, Graph), String> {
+        let (mut graph, model) = self.model()?;
+        let system = Arc::new(System::compile(model, &mut graph)?).integrable(&mut graph)?;
+        system.reduce_for_others(&mut graph)?;
+        Ok((system, graph))
+    }
+
+    /// What model exchange shows. Err: why the deck has none.
+    pub fn exchanged(&self) -> Result<Exchange, String> {
+        let (system, _) = self.compile_for_others()?;
+        let reduced = system.reduced()?;
+        let nominals = integrate::nominals(&system, reduced, &self.options);
+        let state = |(&row, nominal): (&usize, f64)| {
+            let u = &system.unknowns[row];
+            State { row, of: u.name.clone(), kind: u.kind.name().into(), unit: u.unit.clone(), nominal }
+        };
+        // multipliers and shown derivatives follow from rates, which no row of the Jacobian holds
+        let slopes = !system.unknowns.iter().any(|u| u.kind.enters_linearly());
+        Ok(Exchange {
+            states: reduced.states.iter().zip(nominals).map(state).collect(),
+            indicators: integrate::watched(&system).len(),
+            slopes,
+        })
     }
 
     fn model(&self) -> Result<(Graph, Model), String> {

@@ -51,6 +51,7 @@ fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<syntax::Trees>()?;
     m.add_class::<instance::Instance>()?;
     m.add_class::<instance::State>()?;
+    m.add_function(wrap_pyfunction!(instance::lead, m)?)?;
     m.add_class::<veriloga::VerilogA>()?;
     m.add_class::<veriloga::Values>()?;
     m.add_class::<table::Curve>()?;

@@ -10,7 +10,7 @@ use crate::model::Model;
 use crate::modes::Modes;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
-use crate::packed::{Accounts, Equations, Input, Output, Packed, Varies};
+use crate::packed::{Accounts, Equations, Input, Output, Packed, State, Varies};
 use crate::raw;
 use crate::record::Record;
 use crate::system::{Counters, Work};
@@ -525,7 +525,7 @@ impl System {
         &self,
         py: Python<'py>,
         request: Option<&Bound<'py, PyDict>>,
-    ) -> PyResult<(Bound<'py, PyBytes>, Vec<(String, Option<String>)>)> {
+    ) -> PyResult<(Bound<'py, PyBytes>, Vec<(String, Option<String>)>, Option<Exchanged>, Option<String>)> {
         let r = PackRequest::read("pack", request)?;
         let missing = || PyValueError::new_err("pack: the builder was not asked to keep its equations");
         let (known, equations) = self.equations.as_ref().ok_or_else(missing)?;
@@ -545,7 +545,7 @@ impl System {
         let account = |(powers, energies, impulsive)| {
             Ok::<_, PyErr>(Accounts { powers: all(powers)?, energies: all(energies)?, impulsive })
         };
-        let packed = Packed {
+        let mut packed = Packed {
             version: env!("CARGO_PKG_VERSION").into(),
             token: r.token,
             equations: equations.clone(),
@@ -562,11 +562,22 @@ impl System {
             conditions: r.conditions,
             warnings: r.warnings,
             accounts: r.accounts.map(account).transpose()?,
+            exchange: None,
         };
         // what cannot be read again is no file
         packed.compile().map_err(PyValueError::new_err)?;
         let impeding = packed.impeding().map_err(PyValueError::new_err)?;
-        Ok((PyBytes::new(py, &packed.bytes().map_err(PyValueError::new_err)?), impeding))
+        let (exchange, refused) = match r.exchange.then(|| packed.exchanged()) {
+            Some(Ok(found)) => (Some(found), None),
+            Some(Err(why)) => (None, Some(why)),
+            None => (None, None),
+        };
+        packed.exchange.clone_from(&exchange);
+        let shown = exchange.map(|e| {
+            let state = |s: State| (s.of, s.kind, s.unit, s.nominal);
+            (e.states.into_iter().map(state).collect(), e.indicators, e.slopes)
+        });
+        Ok((PyBytes::new(py, &packed.bytes().map_err(PyValueError::new_err)?), impeding, shown, refused))
     }
 
     /// Transient analysis, as a `TranRequest` says.
@@ -1015,8 +1026,13 @@ request! {
         warnings: BTreeMap<usize, String>,
         /// powers, energies, those of the powers that work in impulses; where the deck keeps them
         accounts: Option<(Vec<Bound<'py, PyAny>>, Vec<Bound<'py, PyAny>>, Vec<usize>)>,
+        /// as an explicit ODE too
+        exchange: bool,
     }
 }
+
+/// Of each state what stores it, of which kind and unit that is, and the nominal value; event indicators; is the Jacobian known?
+type Exchanged = (Vec<(String, String, String, f64)>, usize, bool);
 
 /// What stands above a table in a raw file.
 #[derive(FromPyObject)]

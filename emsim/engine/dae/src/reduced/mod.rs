@@ -90,6 +90,8 @@ pub struct Reduced {
     tape: Tape,
     /// the row of the system behind each state
     pub states: Vec<usize>,
+    /// rows in whose place the sum of the rows of an island stands, whose charges cancel
+    pub sums: Vec<(usize, Vec<usize>)>,
     steps: Vec<Step>,
     stage_steps: usize,
     f_part: usize,
@@ -361,6 +363,22 @@ impl Reduced {
             p.time = t;
         } else if p.time != t || p.side != before {
             self.set_waves(p, waves, t, before);
+        }
+    }
+
+    /// A point in the stretch that ends at `stop`, by a solver that steps past it: a source that has a corner there goes on as it came.
+    /// For what follows at the same time and side.
+    pub fn stretch(&self, p: &mut Point, waves: &[Wave], (t, before): (f64, bool), stop: f64) {
+        self.set_waves(p, waves, t, before);
+        if t <= stop {
+            return;
+        }
+        for (k, wave) in waves.iter().enumerate().filter(|(_, wave)| wave.is_piecewise_linear()) {
+            let rate = wave.rate(stop, true);
+            p.waves[k] = wave.value_before(stop) + rate * (t - stop);
+            if self.wave_rates {
+                p.waves[waves.len() + k] = rate;
+            }
         }
     }
 

@@ -39,6 +39,7 @@ impl Plan<'_> {
         for (&last, rows) in &dropped {
             let sum = rows.iter().fold(zero, |sum, &r| self.g.add(sum, f[r]));
             f[last] = sum;
+            self.sums.push((last, rows.clone()));
         }
         self.q = (0..n).map(|i| (has_q[i] && !dropped.contains_key(&i)).then_some(q[i])).collect();
         self.f = f;

@@ -39,7 +39,7 @@ impl<S: Sink> Run<'_, S> {
         }
     }
 
-    fn decide(&mut self, width: f64, fired: &[usize]) -> bool {
+    pub(super) fn decide(&mut self, width: f64, fired: &[usize]) -> bool {
         let Some(modes) = &mut self.modes else { return false };
         // a step that an event has cut is no measure of how fast things move
         let width = width.max(SHORTEST * self.tmax).min(self.until - self.t).max(1e-9 * self.a.tstop);
