@@ -161,9 +161,9 @@ def others(
             try:
                 flat = reread(assembly.flat, {name: here + by})
                 flat.measures = assembly.flat.measures
+                flat.temp = here + by if name == "temp" else assembly.flat.temp
+                flat.tnom = assembly.flat.tnom
                 options = dict(assembly.options)
-                if name == "temp":
-                    options["temp"] = here + by
                 other = assemble(flat, options, assembly.ctx.times, analyses=[analysis])
             except DeckError as error:
                 first = next(d for d in error.diagnostics if d.severity == "error")

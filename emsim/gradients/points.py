@@ -193,7 +193,7 @@ def responses(
         said = "no gradient: over frequency there is one of voltages, currents and motions, not of what is made of them"
         deck_error("E364", said, analysis.card.span, "ask for v(out), and go on with the complex numbers")
     y, slopes = point.spectra(np.asarray(at, float), names)
-    found = np.moveaxis(slopes, 0, -1).reshape(-1, len(names))
+    found = np.moveaxis(slopes, 0, -1).reshape(y.size, len(names))
     return y.ravel(), found
 
 

@@ -240,7 +240,7 @@ def test_behind_an_impact_a_ball_has_its_closed_form():
 
 
 def test_a_source_whose_corner_moves_has_its_closed_form():
-    deck = "late\n.param td=1m\nV1 a 0 PULSE(0 1 {td} 0 0 1 2)\nR1 a b 1k\nC1 b 0 1u\n.tran 50u 5m\n.sens v(b) tran by td\n"
+    deck = "late\n.param td=1m\nV1 a 0 PULSE(0 1 {td} 1n 1n 1 2)\nR1 a b 1k\nC1 b 0 1u\n.tran 50u 5m\n.sens v(b) tran by td\n"
     table = sensitivities(deck + ".end\n")
     for t in (0.5e-3, 2e-3, 4e-3):
         exact = -1e3 * np.exp(-(t - 1e-3) / 1e-3) if t > 1e-3 else 0.0
