@@ -221,8 +221,9 @@ class Along:
         times) to (parameters, outputs + 1, steps, times)."""
         import numpy as np
 
-        middle = 0.5 * (steps + steps.mean(axis=1, keepdims=True))
-        part = np.searchsorted(self.starts, middle.ravel(), side="right") - 1
+        # the ends of a step belong to its own parts
+        inside = steps + 1e-6 * (steps.mean(axis=1, keepdims=True) - steps)
+        part = np.searchsorted(self.starts, inside.ravel(), side="right") - 1
         return np.moveaxis(self._within(part, steps.ravel()), 0, -1).reshape(
             self.parameters, self.outputs + 1, *steps.shape
         )

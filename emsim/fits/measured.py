@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ..gradients.asked import RELTOL
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -17,7 +19,6 @@ if TYPE_CHECKING:
 
     from ..elaborate.flat import FlatDeck
 
-RELTOL = 1e-6
 STEP = 1e-4  # of a quantity
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ..deck import Measure
     from ..elaborate.flat import FlatDeck
 
-RELTOL = 1e-6  # of runs whose derivatives are asked for, where nothing else is said
+RELTOL = 1e-6  # of runs whose derivatives are asked for, or that are fitted: errors are to be far below those of data
 
 
 def gradient(

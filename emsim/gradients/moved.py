@@ -20,11 +20,6 @@ if TYPE_CHECKING:
 
     Moved = Callable[[float], list[Measured]]
 
-STEP = 1e-3  # of a quantity: signals are moved by what it makes of them, in a straight line
-SAME = 0.75  # both sides differ by so much of what they did at twice the distance, or more: a corner
-CORNER = 1e-5  # ... if that is so much of the derivative
-ROUNDING = 1e-10  # of a value
-
 
 def derivative(
     cards: Sequence[Measure], moved: Moved, here: Sequence[Measured], by: str, step: float
@@ -46,11 +41,14 @@ def derivative(
         middle = here[k].value
         bent = [abs(far + back - 2.0 * middle) / step, abs(near + behind - 2.0 * middle) / (0.5 * step)]
         size = abs(found[k])
-        floor = CORNER * size + ROUNDING * max(abs(middle), abs(far), abs(back)) / step
+        # so much of the derivative is no corner, nor is so much of the value, by rounding
+        floor = 1e-5 * size + 1e-10 * max(abs(middle), abs(far), abs(back)) / step
+        # of a bend half the distance leaves a half; of a corner all
+        corner = bent[1] > 0.75 * bent[0] and bent[1] > floor
         jumps = abs(narrow - wide) > 0.5 * abs(wide) + floor and abs(far - back) > 0.9 * abs(
             2.0 * (near - behind)
         )
-        if not math.isfinite(found[k]) or (bent[1] > SAME * bent[0] and bent[1] > floor) or jumps:
+        if not math.isfinite(found[k]) or corner or jumps:
             none(
                 card,
                 by,

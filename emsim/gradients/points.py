@@ -16,8 +16,8 @@ from __future__ import annotations
 
 import math
 
-from ..analyses.slopes import Slopes, others
-from .moved import STEP, derivative, values
+from ..analyses.slopes import STEP, Slopes, others
+from .moved import derivative, values
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -157,9 +157,7 @@ class Point:
             move = -np.linalg.solve(frozen, self.residual(still, name))
             for by, weight, other in self.besides(name):
                 there = linear.elsewhere(other.system, (np.array(linear.x) + by * move).tolist(), False)
-                shown, rows = there.weigh(
-                    s, pairs, self.shown(other), excited(other.ctx)
-                )
+                shown, rows = there.weigh(s, pairs, self.shown(other), excited(other.ctx))
                 g, c = dense(there)
                 left = _complex(rows) - x @ g.T - np.array([complex(*p) for p in s])[:, None] * (x @ c.T)
                 found[k] += weight * (_complex(shown).T + np.einsum("ofn,fn->of", a, left))

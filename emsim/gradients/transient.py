@@ -8,8 +8,8 @@ within it, areas on both sides of it, peaks at it.
 
 from __future__ import annotations
 
-from ..analyses.slopes import DEGREE, Slopes, solve, told
-from .moved import STEP, at_one_instant, derivative, values
+from ..analyses.slopes import DEGREE, STEP, Slopes, solve, told
+from .moved import at_one_instant, derivative, values
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
     from ..elaborate.flat import FlatDeck
     from ..measures import Measured
-
-STRETCH = 0.1  # times are moved so little that no step becomes shorter or longer by more of itself
-LEAST = 1e-4  # of STEP: where that takes less, events are at one instant
 
 
 class Read(Slopes):
@@ -125,11 +122,13 @@ class Course:
         same = change <= 1e-9 * np.abs(moves).max(initial=0.0)
         steep = np.where(same, 0.0, change / np.where(lengths > 0.0, lengths, 1e-300))
         most = float(steep.max(initial=0.0))
-        if step * most <= STRETCH:
+        # no stretch becomes shorter or longer by more than a tenth of itself
+        if step * most <= 0.1:
             return step, None
-        least = LEAST * step
-        if least * most <= STRETCH:
-            return STRETCH / most, None
+        # where that takes so little, rounding is all that is seen
+        least = 1e-4 * step
+        if least * most <= 0.1:
+            return 0.1 / most, None
         return least, float(nodes[int(np.argmax(steep))])
 
     def measures(self, cards: Sequence[Measure], k: int | None = None, by: float = 0.0) -> list[Measured]:

@@ -228,7 +228,11 @@ def test_what_has_no_derivative_is_refused_by_name(lines, code, said):
 
 
 def test_behind_an_impact_a_ball_has_its_closed_form():
-    deck = BOUNCE.replace("k=1e5 c=10", "e={e}").replace("ic=1", "ic={h}").replace("by s(k) ball(m)", "by h e ball(m)")
+    deck = (
+        BOUNCE.replace("k=1e5 c=10", "e={e}")
+        .replace("ic=1", "ic={h}")
+        .replace("by s(k) ball(m)", "by h e ball(m)")
+    )
     table = sensitivities(deck.replace(".gravity", ".param h=1 e=0.5\n.gravity"))
     g, e, t = 9.81, 0.5, 0.6
     first = np.sqrt(2.0 / g)

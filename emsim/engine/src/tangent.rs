@@ -47,9 +47,6 @@ const A: [[f64; STAGES]; STAGES] = [
     [(16.0 - ROOT) / 36.0, (16.0 + ROOT) / 36.0, 1.0 / 9.0],
 ];
 
-/// Of a slope at the last of four points, by six times their distance.
-const BACKWARD: [f64; 4] = [11.0, -18.0, 9.0, -2.0];
-
 /// The same equations with another value of one parameter.
 pub struct Beside {
     pub sys: Arc<System>,
@@ -143,7 +140,7 @@ pub struct Tangent {
     single: Option<Lu<f64>>,
     y: Vec<Vec<f64>>,
     s: Vec<Vec<f64>>,
-    most: Vec<Vec<f64>>, // largest |s|
+    most: Vec<Vec<f64>>, // largest |s| of late
     fresh: bool,         // s is not known behind a jump
     parts: usize,
     at: f64,
@@ -308,7 +305,7 @@ impl Tangent {
         let least = 1e-6 * self.last;
         // slopes along time by a difference of third order, backwards
         let (mut q, mut f) = (vec![0.0; sys.n], vec![0.0; sys.n]);
-        for (k, weight) in BACKWARD.into_iter().enumerate().rev() {
+        for (k, weight) in backward().into_iter().enumerate().rev() {
             sys.eval(&mut self.own, &x, t - 1e3 * least * k as f64);
             let weight = weight / (6e3 * least);
             q.iter_mut().zip(&self.own.q).for_each(|(sum, v)| *sum += weight * v);
@@ -329,7 +326,7 @@ impl Tangent {
             self.slopes.iter_mut().zip(&b).for_each(|(sum, v)| *sum += share * v);
         }
         self.rates.fill(0.0);
-        for (k, weight) in BACKWARD.into_iter().enumerate().rev() {
+        for (k, weight) in backward().into_iter().enumerate().rev() {
             let back = 1e3 * least * k as f64;
             let along: Vec<f64> = x.iter().zip(&self.slopes).map(|(x, slope)| x - back * slope).collect();
             for flag in 0..sys.flags.len() {
@@ -466,7 +463,8 @@ impl Tangent {
             coarse = fine;
         }
         for (most, s) in self.most.iter_mut().zip(&self.s) {
-            most.iter_mut().zip(s).for_each(|(m, s)| *m = m.max(s.abs()));
+            // it fades: what a short spike was is no measure of what follows it
+            most.iter_mut().zip(s).for_each(|(m, s)| *m = (0.7 * *m).max(s.abs()));
         }
         self.tol.observe(x1, t1);
         self.arrive(t1, x1);
@@ -572,15 +570,24 @@ impl Tangent {
         Ok(found)
     }
 
-    /// Of the coarser solution at the step's end, in units of the tolerance.
+    /// Of the coarser solution at the step's end, in units of the tolerance; and of the finer one, of which it is a sixteenth, where its
+    /// polynomials are farthest from their nodes.
     fn error(&self, sys: &System, coarse: &[Part], fine: &[Part]) -> f64 {
-        let ends = |parts: &[Part], p: usize| parts[parts.len() - 1].stages[STAGES - 1][p].clone();
+        let weights = middle();
         let mut worst = 0.0f64;
         for p in 0..self.count {
-            let (a, b) = (ends(coarse, p), ends(fine, p));
-            for i in (0..sys.n).filter(|&i| sys.differential[i] && self.tol.atol[i].is_finite()) {
-                let most = self.most[p][i].max(b[i].abs());
-                worst = worst.max((a[i] - b[i]).abs() / (self.tol.reltol * most + self.tol.atol[i] / self.sizes[p]));
+            let mut before = &self.s[p];
+            for (k, part) in coarse.iter().enumerate() {
+                let [a, b, end] = [0, 1, 2].map(|j| &part.stages[j][p]);
+                let [half, last] = [2 * k, 2 * k + 1].map(|j| &fine[j].stages[STAGES - 1][p]);
+                let of = if k + 1 == coarse.len() { 1.0 } else { 0.0 };
+                for i in (0..sys.n).filter(|&i| sys.differential[i] && self.tol.atol[i].is_finite()) {
+                    let within = [before[i], a[i], b[i], end[i]].iter().zip(weights).map(|(s, w)| s * w).sum::<f64>();
+                    let off = ((within - half[i]).abs() / 16.0).max(of * (end[i] - last[i]).abs());
+                    let most = self.most[p][i].max(last[i].abs());
+                    worst = worst.max(off / (self.tol.reltol * most + self.tol.atol[i] / self.sizes[p]));
+                }
+                before = end;
             }
         }
         worst
@@ -660,6 +667,17 @@ fn coupled(of: &Pattern, inverse: &[[f64; STAGES]; STAGES], points: &[Point], h:
         }
     }
     values
+}
+
+/// Weights of a slope at the last of four points, by six times their distance.
+fn backward() -> [f64; 4] {
+    [11.0, -18.0, 9.0, -2.0]
+}
+
+/// Weights of the values at the start of a part and at its stages, in its middle.
+fn middle() -> [f64; STAGES + 1] {
+    let nodes = [0.0, NODES[0], NODES[1], NODES[2]];
+    nodes.map(|own| nodes.iter().filter(|&&x| x != own).map(|x| (0.5 - x) / (own - x)).product())
 }
 
 /// By cofactors.

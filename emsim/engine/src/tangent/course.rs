@@ -4,9 +4,6 @@
 use super::{Refused, Tangent};
 use crate::system::System;
 
-/// Corners nearer to one another, in parts of their time, are of one time.
-const SAME: f64 = 1e-12;
-
 /// From one corner to the next, in the run and beside it.
 pub(super) struct Stretch {
     own: (f64, f64),
@@ -42,7 +39,6 @@ impl Stretch {
     /// The next stretch: where the sources have their next corners, in the run and beside; None where they do not go together.
     fn next(&mut self, own: &[f64], there: &[f64], span: f64) -> Option<()> {
         let (here, beside) = (first(own), first(there));
-        let is = |t: f64, corner: f64| t <= corner * (1.0 + SAME);
         let together = own.iter().zip(there).all(|(&a, &b)| is(a, here) == is(b, beside));
         let finite = here.is_finite() && beside.is_finite() && together;
         if here.min(beside) < span && !(finite && beside > self.there.1) {
@@ -55,6 +51,11 @@ impl Stretch {
     }
 }
 
+/// Is t not behind a corner? What is nearer to it, in parts of its time, is at it: rounding of sums of periods.
+fn is(t: f64, corner: f64) -> bool {
+    t <= corner * (1.0 + 1e-12)
+}
+
 fn first(of: &[f64]) -> f64 {
     of.iter().fold(f64::INFINITY, |first, &t| first.min(t))
 }
@@ -62,7 +63,7 @@ fn first(of: &[f64]) -> f64 {
 impl Tangent {
     /// Goes on to the next corner. Refuses where it is not the same one with another value of a parameter.
     pub(super) fn corners(&mut self, sys: &System) -> Result<(), Refused> {
-        while self.at * (1.0 + SAME) >= self.corner {
+        while is(self.corner, self.at) {
             let from = self.corner;
             if from == 0.0 {
                 self.besides.iter_mut().for_each(|b| b.stretch = Stretch { own: (0.0, 0.0), there: (0.0, 0.0) });
