@@ -9,6 +9,7 @@
     sweep(source)    many runs of a deck -> Swept
     fit(source, data, vary)        values from measured curves -> Fitted
     optimise(source, vary, goals)  values from goals of .meas -> Optimised
+    jax.function, torch.function   a deck's measures as a function that JAX or PyTorch differentiates
     Result, Table, System, DeckError, ConvergenceError, OutsideError, Interrupted
 
 Importing emsim costs nothing: each name is loaded when it is first used.
@@ -49,6 +50,10 @@ def __getattr__(name: str) -> Any:
         from ._engine import __version__
 
         return __version__
+    if name in ("jax", "torch"):  # emsim.jax.function: what they bridge to is imported by that
+        from importlib import import_module
+
+        return import_module("." + name, "emsim")
     home = _HOMES.get(name)
     if home is None:
         raise AttributeError(f"module 'emsim' has no attribute {name!r}")

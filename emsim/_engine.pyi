@@ -341,9 +341,14 @@ class System:
     def begin(self, analysis: str) -> None:
         """Which analysis asks from now on, in Verilog-A's words: dc, tran, ac, noise."""
     def small_signal(
-        self, options_: dict[str, Any] | None = None, statics: bool = False, hold: bool = False
+        self,
+        options_: dict[str, Any] | None = None,
+        statics: bool = False,
+        hold: bool = False,
+        given: Sequence[tuple[int, float]] = (),
     ) -> tuple[SmallSignal | None, dict[str, Any] | None]:
-        """The equations linearised about the operating point, or why there is none. hold: the machine does not move."""
+        """The equations linearised about the operating point, or why there is none. hold: the machine does not move; given:
+        values of sources, by their waves, in place of their own."""
     def pack(
         self,
         *,
@@ -436,6 +441,18 @@ class SmallSignal:
     ) -> list[bytes]:
         """What expressions come to at each s, when sources (by their waves) have these amplitudes and so much goes into these
         rows: for each expression native complex128. ValueError ("singular: ...") where there is no solution."""
+    def elsewhere(self, other: System, x: Sequence[float], hold: bool) -> SmallSignal:
+        """Other equations of the same unknowns about a point of theirs, with the conditions of this one; nothing is solved.
+        ValueError where they are of others."""
+    def weigh(
+        self,
+        s: Sequence[tuple[float, float]],
+        x: Sequence[Sequence[tuple[float, float]]],
+        outputs: Sequence[Expr],
+        sources: Sequence[tuple[int, tuple[float, float]]],
+    ) -> tuple[list[list[tuple[float, float]]], list[list[tuple[float, float]]]]:
+        """Where the unknowns are X at each s, be it the solution or not: what expressions come to with sources of these
+        amplitudes; and what these put into the rows."""
     def values(self, outputs: Sequence[Expr | float]) -> list[float]:
         """Values of expressions at the point."""
     def device_noise(
@@ -527,9 +544,10 @@ class Waveforms:
     @property
     def ended(self) -> float:
         """When a transient ended [s]."""
-    def tangent(self) -> tuple[int, bytes] | None:
-        """(numbers in a row, rows of float64): time, then for each parameter the derivative of each of its outputs. Four
-        rows for each part of a step: its start, Radau IIA's two inner stages, its end. None where tran() was given no
+    def tangent(self) -> tuple[int, bytes, bytes] | None:
+        """(numbers in a row, rows of float64): time, then for each parameter the derivative of each of its outputs and of the
+        time itself. Four rows for each part of a step: its start, Radau IIA's two inner stages, its end. Behind them rows of
+        what may jump: the times before and behind it, and how it moves with each parameter. None where tran() was given no
         `tangent`."""
     @property
     def refused(self) -> dict[str, Any] | None:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .deck import Analysis
+    from .gradients import Gradient
     from .result import Result
     from .source import Source
 
@@ -108,6 +109,32 @@ class Deck:
         wanted = bool(flat.machine) if energy is None else energy
         assembly, planned = pipeline.prepare(flat, self._options, wanted)
         return pipeline.deliver(assembly, pipeline.solve(assembly, planned, scene=scene))
+
+    @pipeline.explained
+    def gradient(
+        self,
+        of: Sequence[str] | str | None = None,
+        by: Sequence[str] | str | None = None,
+        at: Sequence[float] | float | None = None,
+        analysis: str | None = None,
+    ) -> Gradient:
+        """Values and derivatives, events included: of measures of .tran, .op, .dc or .ac, by quantities.
+
+        of        names of the deck's .meas, all of them where it is left out; or signals, with `at`: times [s] of .tran,
+                  frequencies [Hz] of .ac (complex numbers), values of what .dc sweeps; of .op without it
+        by        a .param, an element's value, npn(vaf), m1(ke), temp; every .param where it is left out
+        analysis  in place of the deck's own, as `run` takes it
+        Raises DeckError: E443 for a measure that has no derivative, E364 for what none is computed of; ConvergenceError (E423)
+        where derivatives end at an event."""
+        from .gradients import gradient
+
+        flat = self._altered.flat()
+        flat.sink, measures = Sink(), flat.measures
+        flat.analyses = list(self._altered.analyses()) if analysis is None else [self._card(analysis)]
+        try:
+            return gradient(flat, of, by, at, self._options)
+        finally:
+            flat.measures = measures
 
     def _card(self, text: str) -> Analysis:
         from .build import command_card

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from ..deck import Analysis as Card
     from ..deck import Probe
     from ..diagnostics import Diagnostic, Sink
+    from ..elaborate.flat import FlatDeck
     from .base import Progress
     from .tran import Tran
 
@@ -78,7 +79,7 @@ class Slopes(Analysis):
         from .tran import Tran
 
         outputs = assembly.outputs[self]
-        names = list(self.names) or _all(assembly)
+        names = list(self.names) or chosen(assembly.flat)
         trouble: list[Diagnostic] = []
         data: list[Any] = [[]] * (1 + len(outputs) * (1 + len(names)))
         runs = [a for a in assembly.analyses if isinstance(a, Tran)]
@@ -144,11 +145,10 @@ def check(assembly: Assembly, analysis: Analysis) -> None:
         raise _unfit(said, analysis.card, "write the values into the deck, or alter a .param of it")
 
 
-def beside(
+def others(
     assembly: Assembly, analysis: Analysis, name: str
-) -> tuple[float, list[tuple[float, float, System, list[Any]]]]:
-    """The size of a quantity, and the equations with other values of it: by how much, weight in the derivative, system,
-    outputs."""
+) -> tuple[float, list[tuple[float, float, Assembly]]]:
+    """The size of a quantity, and the deck assembled with other values of it: by how much, weight in the derivative, assembly."""
     from ..assemble import assemble
     from ..diagnostics import DeckError
     from ..elaborate.quantity import reread, value
@@ -160,31 +160,46 @@ def beside(
         for by in (j * step, -j * step):
             try:
                 flat = reread(assembly.flat, {name: here + by})
+                flat.measures = assembly.flat.measures
+                flat.temp = here + by if name == "temp" else assembly.flat.temp
+                flat.tnom = assembly.flat.tnom
                 options = dict(assembly.options)
-                if name == "temp":
-                    options["temp"] = here + by
                 other = assemble(flat, options, assembly.ctx.times, analyses=[analysis])
             except DeckError as error:
                 first = next(d for d in error.diagnostics if d.severity == "error")
                 raise _unfit(f"there is no derivative by `{name}`: {first.message}", analysis.card) from None
-            exprs = [o.expr for o in other.outputs[analysis]]
-            found.append((by, weight / (12.0 * step) * (1.0 if by > 0 else -1.0), other.system, exprs))
+            found.append((by, weight / (12.0 * step) * (1.0 if by > 0 else -1.0), other))
     return size, found
 
 
+def beside(
+    assembly: Assembly, analysis: Analysis, name: str
+) -> tuple[float, list[tuple[float, float, System, list[Any]]]]:
+    """The size of a quantity, and the equations with other values of it: by how much, weight in the derivative, system,
+    outputs."""
+    size, found = others(assembly, analysis, name)
+    return size, [
+        (by, weight, other.system, [o.expr for o in other.outputs[analysis]]) for by, weight, other in found
+    ]
+
+
 class Along:
-    """Derivatives along a run: a cubic for each part of its steps, and the outputs themselves as polynomials of degree DEGREE."""
+    """Derivatives along a run: a cubic for each part of its steps, and the outputs themselves as polynomials of degree DEGREE.
+    Where a parameter moves corners of sources, the derivatives that the engine has go along with these, and that of the time
+    stands behind those of the outputs."""
 
     def __init__(self, waves: Waveforms, parameters: int, outputs: int) -> None:
         import numpy as np
 
         found = waves.tangent()
         assert found is not None
-        width, data = found
+        width, data, turns = found
         self.parameters, self.outputs = parameters, outputs
         rows = np.frombuffer(data).reshape(-1, len(NODES), width)
         self.starts, self.ends = rows[:, 0, 0], rows[:, -1, 0]
-        self.rows = rows[:, :, 1:].reshape(len(rows), len(NODES), parameters, outputs)
+        self.rows = rows[:, :, 1:].reshape(len(rows), len(NODES), parameters, outputs + 1)
+        self.shifts = bool(self.rows[..., -1].any())
+        self.turns = np.frombuffer(turns).reshape(-1, 2 + parameters)
         self.waves = waves
 
     def at(self, times: np.ndarray) -> np.ndarray:
@@ -196,13 +211,46 @@ class Along:
         part = np.searchsorted(self.starts, times, side="right") - 1
         before = np.searchsorted(self.starts, times, side="left") - 1
         part = np.where(first & (times <= self.ends[before]) & (before >= 0), before, part)
+        found = self._within(part, times)
+        if self.shifts:
+            found[..., :-1] -= found[..., -1:] * self.values(times, 1)[:, None, :]
+        return found[..., :-1]
+
+    def raw(self, steps: np.ndarray) -> np.ndarray:
+        """Derivatives as they go along with corners, that of the time behind them, at times within the run's steps: (steps,
+        times) to (parameters, outputs + 1, steps, times)."""
+        import numpy as np
+
+        # the ends of a step belong to its own parts
+        inside = steps + 1e-6 * (steps.mean(axis=1, keepdims=True) - steps)
+        part = np.searchsorted(self.starts, inside.ravel(), side="right") - 1
+        return np.moveaxis(self._within(part, steps.ravel()), 0, -1).reshape(
+            self.parameters, self.outputs + 1, *steps.shape
+        )
+
+    def _within(self, part: np.ndarray, times: np.ndarray) -> np.ndarray:
+        import numpy as np
+
         part = np.clip(part, 0, len(self.starts) - 1)
         width = self.ends[part] - self.starts[part]
         u = (times - self.starts[part]) / np.where(width > 0.0, width, 1.0)
-        return np.einsum("tk,tkpo->tpo", lagrange(u, NODES), self.rows[part])
+        found: np.ndarray = np.einsum("tk,tkpo->tpo", lagrange(u, NODES), self.rows[part])
+        return found
 
-    def values(self, times: np.ndarray) -> np.ndarray:
-        """The outputs at ascending times: array of (times, outputs), by the steps' own dense output."""
+    def nodes(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Times at which something may jump, before and behind it, and how they move with a parameter."""
+        import numpy as np
+
+        turns = self.turns[np.argsort(self.turns[:, 0], kind="stable")]
+        times, moves = turns[:, :2].ravel(), np.repeat(turns[:, 2 + k], 2)
+        if self.shifts:
+            ends = np.stack((self.starts, self.ends), axis=1).ravel()
+            shifts = self.rows[:, (0, -1), k, -1].ravel()
+            moves = moves + np.interp(times, ends, shifts)
+        return times, moves
+
+    def values(self, times: np.ndarray, derivative: int = 0) -> np.ndarray:
+        """The outputs at ascending times, or (1) their slopes: array of (times, outputs), by the steps' own dense output."""
         import numpy as np
 
         count = DEGREE + 1
@@ -211,6 +259,12 @@ class Along:
         part = np.clip(np.searchsorted(at[:, 0], times, side="right") - 1, 0, len(at) - 1)
         width = at[part, -1] - at[part, 0]
         weights = lagrange((times - at[part, 0]) / np.where(width > 0.0, width, 1.0), nodes)
+        if derivative:
+            from .._engine import chebyshev
+
+            weights = (weights @ np.array(chebyshev("slopes", DEGREE))) / np.where(
+                width > 0.0, width, np.inf
+            )[:, None]
         columns = [
             np.frombuffer(self.waves.inside(1 + k)).reshape(-1, count)[part] for k in range(self.outputs)
         ]
@@ -251,8 +305,8 @@ def told(
     sentences = {
         "memory": (f"{flag} is kept of the state at an event, and the equations read it", None),
         "impact": (
-            f"{flag} hits: speeds jump there, and their derivatives through it are not computed",
-            "a softer stop",
+            f"{flag} hits, and with values a little aside it does so otherwise",
+            "another value: which parts stick, slide or rebound changes just there",
         ),
         "touch": (
             f"{flag} touches its threshold without crossing it, or turns together with another condition",
@@ -260,8 +314,8 @@ def told(
         ),
         "chatter": (f"{flag} slides along its threshold", "give it a hysteresis"),
         "corner": (
-            f"{name} moves a corner of a source, whose derivative is not computed",
-            "derive by what moves no corner",
+            f"{name} parts corners of sources that fall together, or lets them change places",
+            "move them a little apart",
         ),
         "other": (
             f"the equations with another value of {name} are not the same ones, or have no start",
@@ -288,8 +342,8 @@ def _columns(waves: Waveforms, along: Along, outputs: int) -> list[Any]:
     return [column.tobytes() for column in (*data, *slopes.reshape(len(slopes), -1).T)]
 
 
-def _all(assembly: Assembly) -> list[str]:
-    flat = assembly.flat
+def chosen(flat: FlatDeck) -> list[str]:
+    """Where nothing is said: every .param of the deck, or, where there is none, the values of its R, C, L, V, I."""
     params = list(flat.origin.deck.params) if flat.origin is not None else list(flat.params)
     if params:
         return params

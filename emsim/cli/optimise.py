@@ -63,6 +63,9 @@ def remarks(found: Optimised) -> Iterator[Diagnostic]:
         yield Diagnostic(
             "warning", "W434", f"not met: {missed}", None, "wider bounds, other start values, or --everywhere"
         )
+    if found.by_runs is not None:
+        said = f"derivatives are differences of runs: {found.by_runs}"
+        yield Diagnostic("note", "N443", said, None, "measure what is in front of it")
     yield from unsure(found, bool(found.missed))
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ..gradients.asked import RELTOL
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
     import numpy as np
-
-RELTOL = 1e-6  # of runs that are fitted: their errors are to be far below those of data
 
 
 class Task(NamedTuple):

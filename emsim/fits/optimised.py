@@ -35,7 +35,8 @@ FIRST = 1e3  # what a missed goal counts there beside what is made small
 
 
 class Optimised:
-    """`values` name -> value; `measures` of the deck there; `missed`: goals that are not met."""
+    """`values` name -> value; `measures` of the deck there; `missed`: goals that are not met; `by_runs`: why derivatives were
+    differences of runs, where they were."""
 
     def __init__(self, names: list[str], goals: list[Goal]) -> None:
         self.names, self.goals = names, goals
@@ -43,6 +44,7 @@ class Optimised:
         self.measures: dict[str, float] = {}
         self.at_bounds: list[str] = []
         self.runs, self.converged = 0, False
+        self.by_runs: str | None = None
 
     @property
     def missed(self) -> list[Goal]:
@@ -134,6 +136,7 @@ class _Search:
             progress,
         )
         self.runs, self.stopped, self.size = 0, False, 1.0
+        self.wanted = frozenset((*(goal.measure for goal in goals), *([aim] if aim else [])))
         self._measures: dict[bytes, dict[str, float] | None] = {}
         self._slopes: dict[bytes, dict[str, np.ndarray]] = {}
 
@@ -172,11 +175,10 @@ class _Search:
             values = self.values(places)
             chain = np.array([q.slope(v) for q, v in zip(self.asked, values, strict=True)])
             try:
-                found = self.deck.slopes(
-                    values, tuple(abs(v) or q.size for q, v in zip(self.asked, values, strict=True))
-                )
+                sizes = tuple(abs(v) or q.size for q, v in zip(self.asked, values, strict=True))
+                found = self.deck.slopes(values, sizes, self.wanted)
             except (ConvergenceError, DeckError):
-                found = {name: np.zeros(len(self.asked)) for name in self.deck.names}
+                found = {name: np.zeros(len(self.asked)) for name in self.wanted}
             self._slopes = {key: {name: np.nan_to_num(row) * chain for name, row in found.items()}}
         return self._slopes[key]
 
@@ -249,6 +251,7 @@ class _Search:
         found.values = dict(zip(found.names, self.values(places), strict=True))
         found.measures = self.measures(places, told=True) or {}
         found.runs, found.converged = self.runs, converged and not self.stopped
+        found.by_runs = self.deck.by_runs
         near = np.isclose(places, low, rtol=0.0, atol=1e-6) | np.isclose(places, high, rtol=0.0, atol=1e-6)
         found.at_bounds = [name for name, at in zip(found.names, near, strict=True) if at]
         return found

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .fourier import Spectrum
     from .points import Points
 
-__all__ = ["KINDS", "Kind", "Measured", "NotFound", "check", "find", "harmonics", "measure"]
+__all__ = ["KINDS", "Kind", "Measured", "NotFound", "check", "find", "harmonics", "measure", "read_by"]
 
 KINDS: tuple[type[Kind], ...] = (Trigger, When, Find, Deriv, *window.KINDS, Param)
 
@@ -85,13 +85,13 @@ def _in_order(cards: Sequence[Card]) -> list[Card]:
     left, ordered = list(cards), []
     while left:
         names = {card.name for card in left}
-        ready = [card for card in left if not _read(card) & (names - {card.name})]
+        ready = [card for card in left if not read_by(card) & (names - {card.name})]
         ordered += ready or left
         left = [card for card in left if ready and card not in ready]
     return ordered
 
 
-def _read(card: Card) -> set[str]:
+def read_by(card: Card) -> set[str]:
     """Names of the measurements that a card reads."""
     from ..expr import MEASURED, Call, Name, rewritten
 

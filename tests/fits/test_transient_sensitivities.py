@@ -202,9 +202,10 @@ def test_without_by_the_parameters_of_the_deck_count():
     ("lines", "code", "said"),
     [
         (
-            "V1 a 0 PULSE(0 1 {td} 1u 1u 1 2)\nR1 a b 1k\nC1 b 0 1u\n.sens v(b) tran by td",
+            "V1 a 0 PULSE(0 1 {td} 1u 1u 1 2)\nR1 a b 1k\nC1 b 0 1u\n"
+            "V2 d 0 PULSE(0 1 1m 1u 1u 1 2)\nR2 d b 1k\n.sens v(b) tran by td",
             "E423",
-            "`td` moves a corner",
+            "`td` parts corners",
         ),
         (
             "V1 a 0 1\nR1 a b 1k\nT1 b 0 c 0 z0=50 td=1n\nR2 c 0 50\n.sens v(c) tran by r1",
@@ -226,10 +227,28 @@ def test_what_has_no_derivative_is_refused_by_name(lines, code, said):
     assert any(d.code == code and said in d.message for d in refused.value.diagnostics)
 
 
-def test_an_impact_is_refused():
-    deck = BOUNCE.replace("k=1e5 c=10", "e=0.5").replace("s(k) ", "")
-    with pytest.raises(emsim.ConvergenceError, match="speeds jump"):
-        emsim.run(deck)
+def test_behind_an_impact_a_ball_has_its_closed_form():
+    deck = (
+        BOUNCE.replace("k=1e5 c=10", "e={e}")
+        .replace("ic=1", "ic={h}")
+        .replace("by s(k) ball(m)", "by h e ball(m)")
+    )
+    table = sensitivities(deck.replace(".gravity", ".param h=1 e=0.5\n.gravity"))
+    g, e, t = 9.81, 0.5, 0.6
+    first = np.sqrt(2.0 / g)
+    flight, speed = t - first, np.sqrt(2.0 * g)
+    by_h = e * (0.5 * speed * flight - speed * 0.5 * first) + g * flight * 0.5 * first
+    assert table.at("sens(pos(j),h)", t) == pytest.approx(by_h, rel=1e-6)
+    assert table.at("sens(pos(j),e)", t) == pytest.approx(speed * flight, rel=1e-6)
+    assert abs(table.at("sens(vel(j),ball(m))", t)) < 1e-6
+
+
+def test_a_source_whose_corner_moves_has_its_closed_form():
+    deck = "late\n.param td=1m\nV1 a 0 PULSE(0 1 {td} 1n 1n 1 2)\nR1 a b 1k\nC1 b 0 1u\n.tran 50u 5m\n.sens v(b) tran by td\n"
+    table = sensitivities(deck + ".end\n")
+    for t in (0.5e-3, 2e-3, 4e-3):
+        exact = -1e3 * np.exp(-(t - 1e-3) / 1e-3) if t > 1e-3 else 0.0
+        assert table.at("sens(v(b),td)", t) == pytest.approx(exact, rel=1e-5, abs=1e-3)
 
 
 def test_an_altered_deck_is_refused():

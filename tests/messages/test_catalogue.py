@@ -153,8 +153,34 @@ def with_a_spoiled(place: int):
     return change
 
 
+TWO_PEAKS = "two peaks\n.param a=1\nV1 x 0 PWL(0 0 1m {a} 2m 0 3m 1 4m 0)\n.tran 20u 4m\n.meas tran top max v(x)\n.end\n"
+
+
+def with_a_gradient(patch: pytest.MonkeyPatch) -> None:
+    """Derivatives are asked for by Python alone."""
+    import emsim
+
+    patch.setattr("emsim.pipeline.solve", lambda *_, **__: emsim.Deck(TWO_PEAKS).gradient())
+
+
+def with_crowded_events(patch: pytest.MonkeyPatch) -> None:
+    """What a gradient says of events all but at one instant."""
+    from emsim import pipeline
+    from emsim.gradients.moved import at_one_instant
+
+    solve = pipeline.solve
+
+    def told(assembly, *given, **more):
+        assembly.flat.sink.add(at_one_instant("r1", 1e-3))
+        return solve(assembly, *given, **more)
+
+    patch.setattr(pipeline, "solve", told)
+
+
 # code: (command, what is changed)
 FORCED = {
+    "E443": (HERE, with_a_gradient),
+    "W443": (HERE, with_crowded_events),
     "E153": ("emsim including.cir", lambda p: p.setattr("emsim.elaborate.files.MAX_INCLUDES", 0)),
     "E372": ("emsim draw deck.cir", lambda p: p.setattr("emsim.schematic.picture.MOST", 2)),
     "W351": (

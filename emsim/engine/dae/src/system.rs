@@ -186,6 +186,8 @@ pub struct Work {
     pub charges: Option<Vec<f64>>,
     /// flags that end a run when they turn to 1, or whenever they turn
     pub halts: Vec<(usize, bool)>,
+    /// steps end at the corners of silent sources too
+    pub every_corner: bool,
     /// digital nodes, whose levels and ramps are waves
     pub logic: Live,
     /// signals of clocks, which are waves
@@ -334,6 +336,7 @@ impl System {
             begin: None,
             charges: None,
             halts: Vec::new(),
+            every_corner: false,
             logic: self.logic.live(),
             clocked: self.clocked.live(),
             source_factor: 1.0,

@@ -23,9 +23,16 @@
 //!     dtau/dp = -(dg/dx s + dg/dp)/(dg/dt along x),      Y+ = Y- + (F+ - F-) dtau/dp                    (3)
 //! ```
 //!
-//! (Barton, Allgor, Feehery and Galan 1998). Impacts, where momenta jump, are refused; so are sources whose corners hang on the parameter.
+//! (Barton, Allgor, Feehery and Galan 1998). Where momenta jump, the impact itself is solved with other values: tangent/impact.rs.
+//!
+//! A parameter may move the corners of sources. Then time goes at another pace between two of them, so that each stays where it is:
+//! tangent/course.rs. What is told of a source's corner and of a flag, `turns`, says how they move with the parameters.
+mod course;
+mod impact;
+
 use crate::ledger::Inside;
-use crate::model::{Form, Law, LawSpec};
+use crate::model::Law;
+use crate::newton::Tolerances;
 use crate::sparse::{Lu, Pattern, Singular, Symbolic};
 use crate::system::{System, Work};
 use crate::tape::{Inputs, Tape};
@@ -51,12 +58,13 @@ pub struct Beside {
     pub weight: f64,
     pub w: Work,
     scratch: Vec<f64>,
+    stretch: course::Stretch,
 }
 
 impl Beside {
     pub fn new(sys: Arc<System>, outputs: Tape, parameter: usize, (by, weight): (f64, f64)) -> Beside {
         let (w, scratch) = (sys.work(), outputs.workspace());
-        Beside { sys, outputs, parameter, by, weight, w, scratch }
+        Beside { sys, outputs, parameter, by, weight, w, scratch, stretch: course::Stretch::default() }
     }
 
     /// What does not fit the equations that it stands beside.
@@ -80,7 +88,7 @@ pub enum Refused {
         t: f64,
         flag: usize,
     },
-    /// momenta jump where this flag turns
+    /// momenta jump where this flag turns, and otherwise with other values
     Impact {
         t: f64,
         flag: usize,
@@ -90,7 +98,7 @@ pub enum Refused {
         t: f64,
         flag: usize,
     },
-    /// the parameter moves a corner of a source
+    /// the parameter parts corners of sources that fall together, or lets them change places
     Corner {
         t: f64,
         parameter: usize,
@@ -124,8 +132,7 @@ pub struct Tangent {
     count: usize,
     outputs: usize,
     sizes: Vec<f64>, // of the parameters
-    reltol: f64,
-    atol: Vec<f64>,
+    tol: Tolerances,
     span: f64,
     own: Work,
     inverse: [[f64; STAGES]; STAGES],
@@ -133,30 +140,28 @@ pub struct Tangent {
     single: Option<Lu<f64>>,
     y: Vec<Vec<f64>>,
     s: Vec<Vec<f64>>,
-    most: Vec<Vec<f64>>, // largest |s|
+    most: Vec<Vec<f64>>, // largest |s| of late
     fresh: bool,         // s is not known behind a jump
     parts: usize,
     at: f64,
     x: Vec<f64>,
     flags: Vec<f64>,
     last: f64,       // length of the last step
-    rates: Vec<f64>, // of the flags' operands, at its end
+    rates: Vec<f64>, // of the flags' operands, at an event
     roots: Vec<f64>,
+    slopes: Vec<f64>, // of the unknowns, there too
     corner: f64,
-    /// time, then for each parameter the derivative of each output: four rows for every part of a step, its ends and the stages
+    /// time, then for each parameter the derivative of each output and that of the time itself: four rows for every part of a
+    /// step, its ends and the stages
     pub rows: Vec<f64>,
+    /// where something may jump: when before and behind it, and the derivative of that by each parameter, beside that of `rows`
+    pub turns: Vec<f64>,
     pub refused: Option<Refused>,
 }
 
 impl Tangent {
-    /// `sizes`: of the parameters, for tolerances; `reltol`, `atol` those of the run, which ends at `span`.
-    pub fn new(
-        sys: &System,
-        besides: Vec<Beside>,
-        sizes: Vec<f64>,
-        (reltol, atol): (f64, Vec<f64>),
-        span: f64,
-    ) -> Tangent {
+    /// `sizes`: of the parameters, for tolerances; `tol` those of the run, which ends at `span`.
+    pub fn new(sys: &System, besides: Vec<Beside>, sizes: Vec<f64>, tol: Tolerances, span: f64) -> Tangent {
         let (n, count) = (sys.n, sizes.len());
         let outputs = besides.first().map_or(0, |b| b.outputs.outputs());
         let other = besides.iter().find(|b| b.differs(sys)).map(|b| Refused::Other { parameter: b.parameter });
@@ -165,8 +170,7 @@ impl Tangent {
             count,
             outputs,
             sizes,
-            reltol,
-            atol,
+            tol,
             span,
             own: sys.work(),
             inverse: inverse(&A),
@@ -183,15 +187,17 @@ impl Tangent {
             last: 0.0,
             rates: vec![0.0; sys.flags.len()],
             roots: vec![0.0; sys.flags.len()],
-            corner: f64::NEG_INFINITY,
+            slopes: vec![0.0; n],
+            corner: 0.0,
             rows: Vec::new(),
+            turns: Vec::new(),
             refused: other,
         }
     }
 
     /// Numbers in a row.
     pub fn width(&self) -> usize {
-        1 + self.count * self.outputs
+        1 + self.count * (self.outputs + 1)
     }
 
     /// The points where runs with other values begin, found by `start`: what is stored there is where Y begins.
@@ -238,7 +244,7 @@ impl Tangent {
     /// From t on, sources have the value before their jumps.
     fn until(&mut self, t: f64) {
         self.own.until(t);
-        self.besides.iter_mut().for_each(|b| b.w.until(t));
+        self.besides.iter_mut().for_each(|b| b.w.until(b.stretch.when(t)));
     }
 
     /// Something jumped: the run goes on from (t, x).
@@ -252,6 +258,95 @@ impl Tangent {
 
     /// Flags have turned between (at, x-) and (t, x+).
     fn cross(&mut self, sys: &System, w: &Work, t: f64, x: &[f64]) {
+        self.until(self.at);
+        sys.eval(&mut self.own, &self.x, self.at);
+        let before = self.own.f.clone();
+        self.own.flags.copy_from_slice(&w.flags);
+        self.own.until(f64::INFINITY);
+        sys.eval(&mut self.own, x, t);
+        let behind = self.own.f.clone();
+        self.own.flags.copy_from_slice(&self.flags);
+        if let Some(flag) = self.remembers(sys, w, t, x) {
+            self.refused = Some(Refused::Memory { t, flag });
+            return;
+        }
+        // this part of the run is its start
+        if self.at <= 1e-12 * self.span && !self.strikes(sys, w) {
+            return; // what stands on its threshold when the run begins turns then, whatever the parameters
+        }
+        let size = before.iter().zip(&behind).fold(0.0f64, |m, (a, b)| m.max(a.abs()).max(b.abs()));
+        let alike = |i: usize| !sys.has_q[i] || (behind[i] - before[i]).abs() <= 1e-12 * size;
+        let kink = (0..sys.n).all(alike) && !self.strikes(sys, w);
+        self.own.until(self.at);
+        let moves = match self.look_back(sys).map_err(Refused::Singular).and_then(|()| self.moves(sys, w, t)) {
+            Ok(moves) => moves,
+            Err(_) if kink => return,
+            Err(why) => {
+                self.refused = Some(why);
+                return;
+            }
+        };
+        self.turns.extend([self.at, t].iter().chain(&moves));
+        if self.strikes(sys, w) {
+            if let Err(why) = self.strike(sys, w, t, &moves) {
+                self.refused = Some(why);
+                return;
+            }
+            self.add(sys, &moves, |i| behind[i]);
+        } else if !kink {
+            self.add(sys, &moves, |i| behind[i] - before[i]);
+        }
+    }
+
+    /// How unknowns and operands of flags change along the run, at the end of the last step. A step of implicit Euler of nearly no length h,
+    /// (C + h G) dx/dt = -(F + dQ/dt + h dF/dt), with F = 0 where nothing is stored, and of half of that, extrapolated.
+    fn look_back(&mut self, sys: &System) -> Result<(), Singular> {
+        let (x, t) = (std::mem::take(&mut self.x), self.at);
+        let least = 1e-6 * self.last;
+        // slopes along time by a difference of third order, backwards
+        let (mut q, mut f) = (vec![0.0; sys.n], vec![0.0; sys.n]);
+        for (k, weight) in backward().into_iter().enumerate().rev() {
+            sys.eval(&mut self.own, &x, t - 1e3 * least * k as f64);
+            let weight = weight / (6e3 * least);
+            q.iter_mut().zip(&self.own.q).for_each(|(sum, v)| *sum += weight * v);
+            f.iter_mut().zip(&self.own.f).for_each(|(sum, v)| *sum += weight * v);
+        }
+        sys.eval_jacobian(&mut self.own, &x, t, false);
+        if self.single.is_none() {
+            self.single = Some(Lu::new(sys.symbolic()?));
+        }
+        let lu = self.single.as_mut().expect("made above");
+        self.slopes = vec![0.0; sys.n];
+        for (h, share) in [(least, -1.0), (0.5 * least, 2.0)] {
+            let matrix: Vec<f64> = self.own.cv.iter().zip(&self.own.gv).map(|(c, g)| c + h * g).collect();
+            lu.factor(&matrix)?;
+            let stored = |i: usize| if sys.has_q[i] { self.own.f[i] + q[i] } else { 0.0 };
+            let mut b: Vec<f64> = (0..sys.n).map(|i| -stored(i) - h * f[i]).collect();
+            lu.solve(&mut b);
+            self.slopes.iter_mut().zip(&b).for_each(|(sum, v)| *sum += share * v);
+        }
+        self.rates.fill(0.0);
+        for (k, weight) in backward().into_iter().enumerate().rev() {
+            let back = 1e3 * least * k as f64;
+            let along: Vec<f64> = x.iter().zip(&self.slopes).map(|(x, slope)| x - back * slope).collect();
+            for flag in 0..sys.flags.len() {
+                self.roots[flag] = sys.operand(&mut self.own, &along, t - back, flag);
+                self.rates[flag] += weight / (6e3 * least) * self.roots[flag];
+            }
+        }
+        self.x = x;
+        Ok(())
+    }
+
+    /// What moves with an event, to Y.
+    fn add(&mut self, sys: &System, moves: &[f64], change: impl Fn(usize) -> f64) {
+        for (y, moved) in self.y.iter_mut().zip(moves) {
+            (0..sys.n).filter(|&i| sys.has_q[i]).for_each(|i| y[i] += change(i) * moved);
+        }
+    }
+
+    /// How the time of the event at `at` moves with each parameter.
+    fn moves(&mut self, sys: &System, w: &Work, t: f64) -> Result<Vec<f64>, Refused> {
         let changed = |k: usize| self.flags[k] != w.flags[k];
         let holds = |k: usize| sys.flags[k].law.remembers() || sys.flags[k].law == Law::Kept;
         let mut turned: Vec<usize> = (0..self.flags.len()).filter(|&k| changed(k) && !holds(k)).collect();
@@ -260,70 +355,37 @@ impl Tangent {
         turned.extend(heads);
         turned.sort_unstable();
         turned.dedup();
-        self.until(self.at);
-        sys.eval(&mut self.own, &self.x, self.at);
-        let f = self.own.f.clone();
-        self.own.flags.copy_from_slice(&w.flags);
-        self.own.until(f64::INFINITY);
-        sys.eval(&mut self.own, x, t);
-        let change: Vec<f64> = (0..sys.n).map(|i| if sys.has_q[i] { self.own.f[i] - f[i] } else { 0.0 }).collect();
-        self.own.flags.copy_from_slice(&self.flags);
-        if let Some(flag) = self.remembers(sys, w, t, x) {
-            self.refused = Some(Refused::Memory { t, flag });
-            return;
-        }
-        // a stop counts its hits, and what they took
-        let hit =
-            |law: &&LawSpec| law.form == Form::Corner && law.flags[1..].iter().any(|&k| self.flags[k] != w.flags[k]);
-        if let Some(law) = sys.laws.list.iter().find(hit) {
-            self.refused = Some(Refused::Impact { t, flag: law.flags[0] });
-            return;
-        }
-        // this part of the run is its start
-        if self.at <= 1e-12 * self.span {
-            return; // what stands on its threshold when the run begins turns then, whatever the parameters
-        }
-        let size = f.iter().zip(&self.own.f).fold(0.0f64, |m, (a, b)| m.max(a.abs()).max(b.abs()));
-        if change.iter().all(|c| c.abs() <= 1e-12 * size) {
-            return; // a kink
-        }
         // that which has crossed, and those that have with it; the others follow at the same time
         let off = |k: usize| if self.roots[k] == 0.0 { 0.0 } else { (self.roots[k] / self.rates[k]).abs() };
         turned.sort_by(|&a, &b| off(a).total_cmp(&off(b)));
         // others turn by themselves at the same time so near, or by the tolerance
-        let near = 1e-9_f64.max(self.reltol) * self.last;
+        let near = 1e-9_f64.max(self.tol.reltol) * self.last;
         // the condition whose event it is lies so near to its zero, in steps
         let first = turned.iter().copied().find(|&k| self.rates[k] != 0.0 && off(k) <= 1e-2 * self.last);
         let crossed: Vec<usize> = match first {
+            _ if self.jumps(sys, t) => Vec::new(),
             Some(first) => {
                 turned.iter().copied().filter(|&k| k == first || self.rates[k] != 0.0 && off(k) <= near).collect()
             }
-            None if self.jumps(sys, t) => Vec::new(),
-            None => {
-                self.refused = Some(Refused::Touch { t, flag: turned.first().copied().unwrap_or(0) });
-                return;
-            }
+            None => return Err(Refused::Touch { t, flag: turned.first().copied().unwrap_or(0) }),
         };
-        for p in 0..self.count {
-            let mut moves: Option<f64> = None;
-            for &k in &crossed {
-                let operand = self.operand(p, k);
-                let moved = -operand / self.rates[k];
-                let same = |m: f64| {
-                    let rounding = self.reltol * self.last / self.sizes[p];
-                    // two conditions of one time have one derivative of it, to this
-                    (moved - m).abs() <= 1e-2 * m.abs().max(moved.abs()) + rounding
-                };
-                let one = moves.is_none_or(same);
-                if !moved.is_finite() || !one {
-                    self.refused = Some(Refused::Touch { t, flag: k });
-                    return;
-                }
-                moves.get_or_insert(moved);
+        (0..self.count).map(|p| self.moved(p, &crossed, t)).collect()
+    }
+
+    /// The same by one parameter, of those that have crossed.
+    fn moved(&mut self, p: usize, crossed: &[usize], t: f64) -> Result<f64, Refused> {
+        let mut moves: Option<f64> = None;
+        for &k in crossed {
+            let moved = -self.operand(p, k) / self.rates[k];
+            let rounding = self.tol.reltol * self.last / self.sizes[p];
+            // two conditions of one time have one derivative of it, to this
+            let same = |m: f64| (moved - m).abs() <= 1e-2 * m.abs().max(moved.abs()) + rounding;
+            if !moved.is_finite() || !moves.is_none_or(same) {
+                return Err(Refused::Touch { t, flag: k });
             }
-            let moved = moves.unwrap_or(0.0);
-            self.y[p].iter_mut().zip(&change).for_each(|(y, c)| *y += c * moved);
+            moves.get_or_insert(moved);
         }
+        Ok(moves.unwrap_or(0.0))
     }
 
     /// Does a source jump here, before t? What turns then, turns at the source's time.
@@ -355,7 +417,7 @@ impl Tangent {
         let mut sum = 0.0;
         for b in self.besides.iter_mut().filter(|b| b.parameter == p) {
             let x: Vec<f64> = self.x.iter().zip(&self.s[p]).map(|(x, s)| x + b.by * s).collect();
-            sum += b.weight * b.sys.operand(&mut b.w, &x, self.at, flag);
+            sum += b.weight * b.sys.operand(&mut b.w, &x, b.stretch.when(self.at), flag);
         }
         sum
     }
@@ -401,30 +463,12 @@ impl Tangent {
             coarse = fine;
         }
         for (most, s) in self.most.iter_mut().zip(&self.s) {
-            most.iter_mut().zip(s).for_each(|(m, s)| *m = m.max(s.abs()));
+            // it fades: what a short spike was is no measure of what follows it
+            most.iter_mut().zip(s).for_each(|(m, s)| *m = (0.7 * *m).max(s.abs()));
         }
-        self.watch_flags(sys, w, (t1, x1), inside);
+        self.tol.observe(x1, t1);
         self.arrive(t1, x1);
         (self.last, self.fresh) = (whole, false);
-        Ok(())
-    }
-
-    /// Refuses where the next corner of a source is another one with another value of a parameter.
-    fn corners(&mut self, sys: &System) -> Result<(), Refused> {
-        if self.at < self.corner {
-            return Ok(());
-        }
-        let next: Vec<f64> = sys.waves.iter().map(|wave| wave.next_breakpoint(self.at)).collect();
-        for b in &self.besides {
-            for (wave, &here) in b.sys.waves.iter().zip(&next) {
-                let there = wave.next_breakpoint(self.at);
-                let matters = here.min(there) < self.span;
-                if matters && !((there - here).abs() <= 1e-12 * here) {
-                    return Err(Refused::Corner { t: here.min(there), parameter: b.parameter });
-                }
-            }
-        }
-        self.corner = next.iter().fold(f64::INFINITY, |m, &t| m.min(t));
         Ok(())
     }
 
@@ -451,9 +495,10 @@ impl Tangent {
         sys.eval_jacobian(&mut self.own, x, t, false);
         let (mut q, mut f) = (vec![vec![0.0; sys.n]; self.count], vec![vec![0.0; sys.n]; self.count]);
         for b in &mut self.besides {
-            b.sys.eval(&mut b.w, x, t);
+            b.sys.eval(&mut b.w, x, b.stretch.when(t));
+            let pace = b.weight * b.stretch.pace();
             q[b.parameter].iter_mut().zip(&b.w.q).for_each(|(sum, v)| *sum += b.weight * v);
-            f[b.parameter].iter_mut().zip(&b.w.f).for_each(|(sum, v)| *sum += b.weight * v);
+            f[b.parameter].iter_mut().zip(&b.w.f).for_each(|(sum, v)| *sum += pace * v);
         }
         Point { c: self.own.cv.clone(), g: self.own.gv.clone(), q, f }
     }
@@ -525,15 +570,24 @@ impl Tangent {
         Ok(found)
     }
 
-    /// Of the coarser solution at the step's end, in units of the tolerance.
+    /// Of the coarser solution at the step's end, in units of the tolerance; and of the finer one, of which it is a sixteenth, where its
+    /// polynomials are farthest from their nodes.
     fn error(&self, sys: &System, coarse: &[Part], fine: &[Part]) -> f64 {
-        let ends = |parts: &[Part], p: usize| parts[parts.len() - 1].stages[STAGES - 1][p].clone();
+        let weights = middle();
         let mut worst = 0.0f64;
         for p in 0..self.count {
-            let (a, b) = (ends(coarse, p), ends(fine, p));
-            for i in (0..sys.n).filter(|&i| sys.differential[i] && self.atol[i].is_finite()) {
-                let most = self.most[p][i].max(b[i].abs());
-                worst = worst.max((a[i] - b[i]).abs() / (self.reltol * most + self.atol[i] / self.sizes[p]));
+            let mut before = &self.s[p];
+            for (k, part) in coarse.iter().enumerate() {
+                let [a, b, end] = [0, 1, 2].map(|j| &part.stages[j][p]);
+                let [half, last] = [2 * k, 2 * k + 1].map(|j| &fine[j].stages[STAGES - 1][p]);
+                let of = if k + 1 == coarse.len() { 1.0 } else { 0.0 };
+                for i in (0..sys.n).filter(|&i| sys.differential[i] && self.tol.atol[i].is_finite()) {
+                    let within = [before[i], a[i], b[i], end[i]].iter().zip(weights).map(|(s, w)| s * w).sum::<f64>();
+                    let off = ((within - half[i]).abs() / 16.0).max(of * (end[i] - last[i]).abs());
+                    let most = self.most[p][i].max(last[i].abs());
+                    worst = worst.max(off / (self.tol.reltol * most + self.tol.atol[i] / self.sizes[p]));
+                }
+                before = end;
             }
         }
         worst
@@ -569,38 +623,20 @@ impl Tangent {
     }
 
     fn row(&mut self, t: f64, x: &[f64], s: &[Vec<f64>]) {
-        let first = self.rows.len() + 1;
+        let (first, wide) = (self.rows.len() + 1, self.outputs + 1);
         self.rows.push(t);
-        self.rows.resize(first + self.count * self.outputs, 0.0);
+        self.rows.resize(first + self.count * wide, 0.0);
         for b in &mut self.besides {
             let moved: Vec<f64> = x.iter().zip(&s[b.parameter]).map(|(x, s)| x + b.by * s).collect();
-            b.sys.set_time(&mut b.w, t);
-            b.outputs.run(&Inputs { x: &moved, t, waves: &b.w.waves, flags: &b.w.flags }, &mut b.scratch);
-            for k in 0..self.outputs {
-                self.rows[first + b.parameter * self.outputs + k] += b.weight * b.outputs.output(&b.scratch, k);
+            let there = b.stretch.when(t);
+            b.sys.set_time(&mut b.w, there);
+            b.outputs.run(&Inputs { x: &moved, t: there, waves: &b.w.waves, flags: &b.w.flags }, &mut b.scratch);
+            let row = &mut self.rows[first + b.parameter * wide..][..wide];
+            for (k, sum) in row[..self.outputs].iter_mut().enumerate() {
+                *sum += b.weight * b.outputs.output(&b.scratch, k);
             }
+            row[self.outputs] += b.weight * (there - t);
         }
-    }
-
-    /// The operands of the flags at the end of a step, and their slopes there, by a difference of third order backwards.
-    fn watch_flags(&mut self, sys: &System, w: &mut Work, (t1, x1): (f64, &[f64]), inside: &Inside) {
-        if sys.flags.is_empty() {
-            return;
-        }
-        let step = 1e-3 * (t1 - self.at);
-        let mut rates = vec![0.0; sys.flags.len()];
-        for (k, weight) in [11.0, -18.0, 9.0, -2.0].into_iter().enumerate() {
-            let t = t1 - k as f64 * step;
-            let x = self.look(sys, w, t, (t1, x1), inside);
-            for (flag, rate) in rates.iter_mut().enumerate() {
-                let operand = sys.operand(&mut self.own, &x, t, flag);
-                *rate += weight / (6.0 * step) * operand;
-                if k == 0 {
-                    self.roots[flag] = operand;
-                }
-            }
-        }
-        self.rates = rates;
     }
 }
 
@@ -631,6 +667,17 @@ fn coupled(of: &Pattern, inverse: &[[f64; STAGES]; STAGES], points: &[Point], h:
         }
     }
     values
+}
+
+/// Weights of a slope at the last of four points, by six times their distance.
+fn backward() -> [f64; 4] {
+    [11.0, -18.0, 9.0, -2.0]
+}
+
+/// Weights of the values at the start of a part and at its stages, in its middle.
+fn middle() -> [f64; STAGES + 1] {
+    let nodes = [0.0, NODES[0], NODES[1], NODES[2]];
+    nodes.map(|own| nodes.iter().filter(|&&x| x != own).map(|x| (0.5 - x) / (own - x)).product())
 }
 
 /// By cofactors.

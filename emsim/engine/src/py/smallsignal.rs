@@ -104,6 +104,52 @@ impl SmallSignal {
         Ok(columns.iter().map(|c| PyBytes::new(py, c)).collect())
     }
 
+    /// Other equations of the same unknowns about a point of theirs, with the conditions of this one; nothing is solved.
+    fn elsewhere(&self, other: &super::system::System, x: Vec<f64>, hold: bool) -> PyResult<SmallSignal> {
+        let system = other.equations();
+        let held = lock(&self.held);
+        let mut w = system.work();
+        if x.len() != system.n || system.n != self.system.n || w.flags.len() != held.1.flags.len() {
+            return Err(PyValueError::new_err("these are equations of other unknowns"));
+        }
+        (w.dc, w.gmin, w.given) = (true, held.1.gmin, held.1.given.clone());
+        w.flags.copy_from_slice(&held.1.flags);
+        w.free.clone_from(&held.1.free);
+        drop(held);
+        guarded(|| SmallSignal::new(system, other.shared(), w, x, hold))?
+            .map_err(|e| PyValueError::new_err(format!("singular: {:?}", e.col)))
+    }
+
+    /// Where the unknowns are X at each s, whether that is the solution or not: what expressions come to, with sources of these
+    /// amplitudes; and what these put into the rows.
+    #[allow(clippy::type_complexity)]
+    fn weigh(
+        &self,
+        s: Vec<Pair>,
+        x: Vec<Vec<Pair>>,
+        outputs: Vec<Bound<'_, PyAny>>,
+        sources: Vec<(usize, Pair)>,
+    ) -> PyResult<(Vec<Vec<Pair>>, Vec<Vec<Pair>>)> {
+        let ids = outputs.iter().map(|o| Expr::operand(&self.graph, o)).collect::<PyResult<Vec<_>>>()?;
+        let sources: Vec<(usize, Complex)> = sources.into_iter().map(|(k, u)| (k, complex(u))).collect();
+        if x.iter().any(|x| x.len() != self.system.n) {
+            return Err(PyValueError::new_err("X has a number for each unknown"));
+        }
+        let mut held = lock(&self.held);
+        let w = &mut held.1;
+        let mut g = lock(&self.graph);
+        let gradients = Gradients::new(&mut g, &ids);
+        let (slopes, excitation) =
+            (gradients.at(&self.system, w, &self.x), Excitation::at(&self.system, &mut g, w, &self.x));
+        let pairs = |z: &[Complex]| z.iter().map(|z| (z.re, z.im)).collect::<Vec<_>>();
+        let each = s.into_iter().zip(&x).map(|(s, x)| {
+            let x: Vec<Complex> = x.iter().map(|&z| complex(z)).collect();
+            let values: Vec<Complex> = slopes.iter().map(|slopes| slopes.of(&x, &sources)).collect();
+            (pairs(&values), pairs(&excitation.of(complex(s), &sources)))
+        });
+        Ok(each.unzip())
+    }
+
     /// Values of expressions at the point.
     fn values(&self, outputs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
         let ids = outputs.iter().map(|o| Expr::operand(&self.graph, o)).collect::<PyResult<Vec<_>>>()?;

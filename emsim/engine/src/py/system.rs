@@ -144,6 +144,16 @@ fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Options> {
 /// Places of constants and what stands there.
 type Numbers = Vec<(usize, f64)>;
 
+impl System {
+    pub(super) fn equations(&self) -> Arc<crate::system::System> {
+        self.inner.clone()
+    }
+
+    pub(super) fn shared(&self) -> SharedGraph {
+        self.graph.clone()
+    }
+}
+
 #[pymethods]
 impl System {
     /// What the deck's FMUs have said since this was asked: card and message.
@@ -477,7 +487,8 @@ impl System {
 
     /// The equations linearised about the operating point: (found, what was linearised, failure). `hold`: of what stands still
     /// there, .tf and .sens: the machine does not move, and nothing is another one to small signals.
-    #[pyo3(signature = (options_=None, statics=false, hold=false))]
+    /// `given`: values of sources, by their waves, in place of their own.
+    #[pyo3(signature = (options_=None, statics=false, hold=false, given=vec![]))]
     #[allow(clippy::type_complexity)]
     fn small_signal(
         &self,
@@ -485,13 +496,14 @@ impl System {
         options_: Option<&Bound<'_, PyDict>>,
         statics: bool,
         hold: bool,
+        given: Vec<(usize, f64)>,
     ) -> PyResult<(Option<SmallSignal>, Option<Py<PyDict>>)> {
         let o = options(options_)?;
         let (sys, graph) = (self.inner.clone(), self.graph.clone());
         let found = py.detach(move || {
             let tol = Tolerances::new(&sys, &o);
             let mut w = sys.work();
-            w.dc = true;
+            (w.dc, w.given) = (true, given);
             let mut x = op::initial(&sys);
             let found = guarded(|| {
                 op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).map_err(no_point)?;
@@ -896,12 +908,13 @@ impl Waveforms {
         column_of(py, samples.rows(), k)
     }
 
-    /// Numbers in a row, and rows of time and derivatives of outputs (parameter by parameter), four for every part of a step, at its
-    /// ends and at the stages between them, as the bytes of native float64; None where nothing was asked for.
-    fn tangent<'py>(&self, py: Python<'py>) -> Option<(usize, Bound<'py, PyBytes>)> {
+    /// Numbers in a row, and rows of time and derivatives of outputs and of the time (parameter by parameter), four for every part of
+    /// a step, at its ends and at the stages between them, as the bytes of native float64; and rows of what may jump: the times
+    /// before and behind it, and the derivative of its time by each parameter. None where nothing was asked for.
+    fn tangent<'py>(&self, py: Python<'py>) -> Option<(usize, Bound<'py, PyBytes>, Bound<'py, PyBytes>)> {
         let tangent = self.record.tangent.as_ref()?;
-        let bytes: Vec<u8> = tangent.rows.iter().flat_map(|v| v.to_ne_bytes()).collect();
-        Some((tangent.width(), PyBytes::new(py, &bytes)))
+        let bytes = |values: &[f64]| -> Vec<u8> { values.iter().flat_map(|v| v.to_ne_bytes()).collect() };
+        Some((tangent.width(), PyBytes::new(py, &bytes(&tangent.rows)), PyBytes::new(py, &bytes(&tangent.turns))))
     }
 
     /// Why there are no sensitivities from a time on: kind (memory, impact, touch, corner, other, singular, full), and t, flag, parameter where

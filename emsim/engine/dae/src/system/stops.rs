@@ -288,6 +288,7 @@ impl System {
         w.logic.advance(&self.logic, &w.flags, t);
         let corner = self.next_corner(t).min(w.past.next_corner(t)).min(w.logic.next_corner(t));
         let corner = corner.min(w.clocked.next(&self.clocked)).min(tstop);
+        let corner = if w.every_corner { corner.min(self.next_silent_corner(t)) } else { corner };
         let stop =
             self.edges.next(&mut w.edges, &mut w.standing, &self.waves, &w.flags, t, corner).map_or(corner, |e| e.t);
         w.before = stop * (1.0 - 8.0 * f64::EPSILON);

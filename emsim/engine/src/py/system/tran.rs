@@ -80,6 +80,7 @@ pub(super) fn run(py: Python<'_>, this: &System, tstep: f64, tstop: f64, mut r: 
         let mut record = record;
         let mut w = sys.work();
         (w.begin, w.charges, w.halts) = (begin, charges, halts);
+        w.every_corner = record.tangent.is_some();
         let mut tick = ticks(&record, progress);
         // what was recorded before an interrupt is kept, wherever in the run it is seen
         let mut outcome = Outcome::interrupted();
@@ -148,8 +149,8 @@ fn record(
         if besides.iter().any(|b| b.parameter >= sizes.len()) {
             return wrong("no such parameter");
         }
-        let atol = Tolerances::new(sys, o).atol;
-        record.tangent = Some(Box::new(Tangent::new(sys, besides, sizes, (o.reltol, atol), a.tstop)));
+        let tol = Tolerances::new(sys, o);
+        record.tangent = Some(Box::new(Tangent::new(sys, besides, sizes, tol, a.tstop)));
     }
     if let Some((path, append, table)) = r.stream.take() {
         let rows = raw::Rows { width: record.columns, first: 0, columns: table.names.len() };
