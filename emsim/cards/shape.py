@@ -14,15 +14,18 @@ if TYPE_CHECKING:
 class ShapeCard(Card):
     spec = Spec(
         "SHAPE",
-        "SHAPE name body rod(l,w)/box(w,h)/disc(r)/polygon(x1,y1,..) [at=(x,y)] [angle=]",
+        "SHAPE name body rod(l,w)/box(w,h[,d])/disc(r)/polygon(x1,y1,..) [at=(x,y)] [angle=], "
+        "in space /ball(r)/capsule(l,r)/cylinder(r,h)/ellipsoid(a,b,c)/hull(x1,y1,z1,..)/plane(nx,ny,nz) [at=(x,y,z)] [rot=]",
         terminals="body:part kind:shape",
-        mark=("at", "angle"),
+        mark=("at", "angle", "rot"),
         meaning="a further shape of a body, or of the ground 0, that CONTACT and pictures know",
         at=Default((0.0, 0.0), "m", "where the shape's origin is, in body axes", "vector"),
         angle=Default(0.0, "rad", "by which the shape is turned in the body"),
+        rot=Default(None, "rad", "in space: by which it is turned, a rotation vector", "vector"),
     )
     at: tuple[float, ...]
     angle: float
+    rot: tuple[float, ...] | None
     shape: shapes.Shape
 
     @classmethod
@@ -39,12 +42,15 @@ class ShapeCard(Card):
     def check(self, sink: Sink) -> None:
         (_, _, body), (_, _, kind) = self.terminals
         self.body = body.name
-        if len(self.at) != 2:
-            sink.error("E232", f"at= of SHAPE {self.name} has two components", self.place("at"))
-            return
-        found = shapes.read(kind, f"SHAPE {self.name}", kind.span or self.span, sink)
-        if found is not None:
-            self.shape = found.placed(self.at, self.angle)
+        if len(self.at) not in (2, 3):
+            sink.error("E232", f"at= of SHAPE {self.name} has two or three components", self.place("at"))
+        elif self.rot is not None and len(self.rot) != 3:
+            sink.error("E232", f"rot= of SHAPE {self.name} has three components", self.place("rot"))
+        elif self.rot is not None and self.given("angle"):
+            said = f"SHAPE {self.name} has rot= and angle=: each says how it is turned"
+            sink.error("E240", said, self.place("rot"), "leave one of them out")
+        elif (found := shapes.read(kind, f"SHAPE {self.name}", kind.span or self.span, sink)) is not None:
+            self.shape = found.placed(self.at, self.angle, self.rot)
 
     def glyph(self, draw: Pen) -> None:
         outline(draw, self, self.body, self.shape)
