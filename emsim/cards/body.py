@@ -180,7 +180,7 @@ class Body(Card):
             draw.add(
                 {"plate": "box", "gear": "toothed"}.get(kind, kind), self, at=draw.on(self.name), sizes=sizes
             )
-        elif self.outline is not None and kind == "polygon":
+        elif self.outline is not None and (kind == "polygon" or self.outline.leaves_plane):
             shape.outline(draw, self, self.name, self.outline)
         elif kind == "bones":
             at = draw.on(self.name, self.centre)

@@ -69,9 +69,23 @@ def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
     else:
         found += [_on_face(one, other, k) for k in range(len(one.corners))]
         found += [_on_face(other, one, k) for k in range(len(other.corners))]
+    apart = s.b.const(-AWAY) if one.radius + other.radius else _apart(one, other)
     for i, j in product(range(len(one.ways)), range(len(other.ways))):
-        found += _edges(one, other, i, j)
+        found += _edges(one, other, i, j, apart)
     return found
+
+
+def _apart(a: Block, b: Block) -> Expr:
+    """How far two boxes are apart by the planes of one of their faces; below 0 none lies between them."""
+    s = a.s
+    away = subtract(a.centre, b.centre)
+    best = s.b.const(-AWAY)
+    for way, _ in (*a.ways, *b.ways):
+        apart = s.b.call("abs", s.b.const(0.0) + dot(way, away))
+        for other, half in (*a.ways, *b.ways):
+            apart = apart - half * s.b.call("abs", s.b.const(0.0) + dot(way, other))
+        best = s.b.select(s.b.call("notless", apart, best), apart, best)
+    return best
 
 
 def _meeting(a: Block, b: Block, label: str, gap: Expr, normal: Way, place: Way, edge: Edge | None) -> Meeting:
@@ -198,11 +212,11 @@ class Crossing:
         return s.b.select(apart, past, AWAY), add(p, scale(first, self.u))
 
 
-def _edges(a: Block, b: Block, i: int, j: int) -> list[Meeting]:
+def _edges(a: Block, b: Block, i: int, j: int, apart: Expr) -> list[Meeting]:
     """Edges of A along its axis i at those of B along its axis j."""
     crossing = Crossing(a, b, i, j)
     if not a.radius + b.radius:
-        return [_sharp(crossing, k, m) for k, m in product(range(2), range(2))]
+        return [_sharp(crossing, apart, k, m) for k, m in product(range(2), range(2))]
     others = [k for k in range(len(b.ways)) if k != j]
     found = []
     for n, sides in enumerate(product((-1.0, 1.0), repeat=len(others)), 1):
@@ -224,9 +238,10 @@ def _round(crossing: Crossing, q: Way, label: str) -> Meeting:
     return _meeting(a, b, label, gap, normal, add(place, scale(-a.radius, normal)), edge)
 
 
-def _sharp(crossing: Crossing, first: int, second: int) -> Meeting:
+def _sharp(crossing: Crossing, apart: Expr, first: int, second: int) -> Meeting:
     """An edge of box A at one of box B: of each the one that is furthest out along the normal, or, `first` and `second`, that beside
-    it across the face that is turned more to the other. Which they are is a number of five bits, the side of the normal first."""
+    it across the face that is turned more to the other. Which they are is a number of five bits, the side of the normal first.
+    What is deeper than planes of faces are `apart` lies one beside the other, and does not touch."""
     a, b, s = crossing.a, crossing.b, crossing.a.s
     n = crossing.normal
     label = f"{a.name} {crossing.i + 1} {b.name} {crossing.j + 1} {first}{second}"
@@ -245,7 +260,10 @@ def _sharp(crossing: Crossing, first: int, second: int) -> Meeting:
     past, place = crossing.beyond(p, q)
     normal = scale(bits[0], n)
     gap = s.b.const(0.0) + dot(normal, subtract(p, q))
-    can = s.b.select(s.b.call("notless", 0.0, past), s.b.select(held, held, now), 0.0)
+    near = s.b.call("notless", gap, apart - 1e-9 * max(a.solid.size, b.solid.size))
+    opens = s.b.select(s.b.call("notless", 0.0, past), s.b.select(near, now, 0.0), 0.0)
+    stays = s.b.select(s.b.call("notless", 0.0, past), held, 0.0)
+    can = s.b.select(held, stays, opens)
     shown = s.b.select(held, gap, s.b.select(can, gap, AWAY))
     return _meeting(a, b, label, shown, normal, place, Edge(held, can, past))
 

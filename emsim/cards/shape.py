@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from . import shapes
 from .base import Card, Default, Spec
+from .kinematics import perpendicular
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
     from .base import Pen
+    from .solids import Solid
 
 
 class ShapeCard(Card):
@@ -57,10 +59,23 @@ class ShapeCard(Card):
 
 
 def outline(draw: Pen, card: Card, body: str, shape: shapes.Shape) -> None:
-    """A shape on its body: a disc as one, others by their corners."""
-    if shape.kind == "disc":
+    """A shape on its body: a disc as one, others by their corners; in space as a solid."""
+    if shape.solid is not None and not draw.planar:
+        _solid(draw, card, body, shape.solid)
+    elif shape.kind == "disc":
         draw.add("disc", card, at=draw.on(body, shape.centre), sizes=[shape.radius])
     else:
         draw.add(
             "polygon", card, at=draw.on(body, shape.centre), to=[draw.on(body, p) for p in shape.corners]
         )
+
+
+def _solid(draw: Pen, card: Card, body: str, solid: Solid) -> None:
+    axes, sizes = [list(axis) for axis in solid.axes], list(solid.sizes)
+    if solid.normal is not None:
+        axes = [list(axis) for axis in (*perpendicular(solid.normal), solid.normal)]
+    points = [[a - b for a, b in zip(p, solid.at, strict=True)] for p in solid.corners]
+    draw.add(
+        "solid", card, at=draw.on(body, solid.at), form=solid.kind, sizes=sizes, axes=axes, reach=solid.size,
+        points=points, faces=[list(face) for face in solid.faces],
+    )  # fmt: skip

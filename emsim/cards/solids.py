@@ -50,13 +50,14 @@ class Solid:
     """
 
     def __init__(self, kind: str, sizes: Sequence[float]) -> None:
-        self.kind, self.radius = kind, 0.0
+        self.kind, self.sizes, self.radius = kind, sizes, 0.0
         self.at: Vector = (0.0, 0.0, 0.0)
         self.axes = UPRIGHT
         self.half: Vector | None = None
         self.semi: Vector | None = None
         self.normal: Vector | None = None
         self.corners: list[Vector] = []
+        self.faces: list[tuple[int, int, int]] = []
         self.rims: list[Vector] = []
         self.inertia: Vector = (0.0,) * 6
         getattr(self, f"_{kind}")(*sizes)
