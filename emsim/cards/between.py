@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from .meeting import Part
     from .shapes import Shape
 
-SOLIDS = "box(w,h,d), capsule(l,r), cylinder(r,h), ball(r), ellipsoid(a,b,c), hull(x1,y1,z1,..), plane(nx,ny,nz)"
+SOLIDS = (
+    "box(w,h,d), capsule(l,r), cylinder(r,h), ball(r), ellipsoid(a,b,c), hull(x1,y1,z1,..), plane(nx,ny,nz)"
+)
 
 
 class Between(Touching, Card):
@@ -107,9 +109,17 @@ class Between(Touching, Card):
     def separations(self, s: Scene) -> list[Expr]:
         """Of all pairs of polygons, for the start: no corner need be inside where two cross."""
         if s.in_space:
-            return []
+            return self._separations_in_space(s)
         straight = [(a, b) for a, b in self.pairs(s) if not (a[2].radius or b[2].radius)]
         return [separation(s, a, b) for a, b in straight]
+
+    def _separations_in_space(self, s: Scene) -> list[Expr]:
+        found = []
+        for a, b in self.pairs(s):
+            one, other = a[2].solid, b[2].solid
+            if one and other and one.half and other.half and (all(one.half) or all(other.half)):
+                found.append(pairs.separation(s, (*a[:2], one), (*b[:2], other)))
+        return found
 
     def _takes(self, s: Scene, a: Shape, b: Shape, what: str) -> bool:
         """Is the pair one that is known, as stiff as it is?"""

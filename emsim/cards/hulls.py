@@ -26,7 +26,9 @@ class Hull:
     def __init__(self, points: Sequence[Sequence[float]]) -> None:
         found = [*dict.fromkeys(tuple(float(v) for v in p) for p in points)]
         low = [min(axis) for axis in zip(*found, strict=True)]
-        self.flat = FLAT * max(max(axis) - least for axis, least in zip(zip(*found, strict=True), low, strict=True))
+        self.flat = FLAT * max(
+            max(axis) - least for axis, least in zip(zip(*found, strict=True), low, strict=True)
+        )
         faces = self._first(found)
         for k in range(len(found)):
             faces = self._with(found, faces, k)

@@ -31,7 +31,11 @@ if TYPE_CHECKING:
 
 NOTHING = 1e-30  # [m^2] keeps a slope where a middle line is in the other part
 PARALLEL = 1e-5  # [rad] edges that lie so have no crossing; their corners touch
-POLE = (0.36, -0.48, 0.8)  # a direction of no axis, against which no normal points: of it turned to the normal slips are measured
+POLE = (
+    0.36,
+    -0.48,
+    0.8,
+)  # a direction of no axis, against which no normal points: of it turned to the normal slips are measured
 
 
 class Block:
@@ -75,12 +79,13 @@ def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
     return found
 
 
-def _apart(a: Block, b: Block) -> Expr:
-    """How far two boxes are apart by the planes of one of their faces; below 0 none lies between them."""
+def _apart(a: Block, b: Block, along_ways: Sequence[Way] = ()) -> Expr:
+    """How far two blocks without their radii are apart by planes across their axes and across `along_ways`; below 0 none lies
+    between them."""
     s = a.s
     away = subtract(a.centre, b.centre)
     best = s.b.const(-AWAY)
-    for way, _ in (*a.ways, *b.ways):
+    for way in (*(way for way, _ in (*a.ways, *b.ways)), *along_ways):
         apart = s.b.call("abs", s.b.const(0.0) + dot(way, away))
         for other, half in (*a.ways, *b.ways):
             apart = apart - half * s.b.call("abs", s.b.const(0.0) + dot(way, other))
@@ -88,7 +93,19 @@ def _apart(a: Block, b: Block) -> Expr:
     return best
 
 
-def _meeting(a: Block, b: Block, label: str, gap: Expr, normal: Way, place: Way, edge: Edge | None) -> Meeting:
+def separation(s: Scene, a: Part, b: Part) -> Expr:
+    """Below 0 where a box and another block are in each other, crossed ones too of which no corner is inside (separating axes);
+    without their radii."""
+    one, other = Block(s, a), Block(s, b)
+    across = [
+        Crossing(one, other, i, j).normal for i, j in product(range(len(one.ways)), range(len(other.ways)))
+    ]
+    return _apart(one, other, across)
+
+
+def _meeting(
+    a: Block, b: Block, label: str, gap: Expr, normal: Way, place: Way, edge: Edge | None
+) -> Meeting:
     """`place`: where A's part is touched."""
     slips = along(_across(a.s, normal), a.frame, b.frame, place, (0.0, 0.0, 0.0))
     return Meeting(label, gap, slips, edge)

@@ -27,7 +27,13 @@ if TYPE_CHECKING:
     Pair = tuple[float, float]
 
 # how many sizes each takes
-KINDS: dict[str, tuple[int, int]] = {"rod": (1, 2), "box": (2, 3), "disc": (1, 1), "polygon": (6, 1000), **solids.KINDS}
+KINDS: dict[str, tuple[int, int]] = {
+    "rod": (1, 2),
+    "box": (2, 3),
+    "disc": (1, 1),
+    "polygon": (6, 1000),
+    **solids.KINDS,
+}
 
 
 class Shape:

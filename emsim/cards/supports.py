@@ -71,7 +71,9 @@ def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
             for k, p in enumerate(map(_place, solid.points()), 1)
         ]
     return [
-        Meeting(f"{label} {a[0] if flipped else b[0]}", gap, along(plane.ways, frame, plane.frame, centre, arm))
+        Meeting(
+            f"{label} {a[0] if flipped else b[0]}", gap, along(plane.ways, frame, plane.frame, centre, arm)
+        )
         for label, centre, arm, gap in places
     ]
 
@@ -98,7 +100,9 @@ def _place(p: Sequence[float]) -> Vector:
     return p[0], p[1], p[2]
 
 
-def _ellipsoid(s: Scene, frame: BodyView, solid: Solid, plane: Plane) -> tuple[Sequence[Scalar], Sequence[Scalar], Scalar]:
+def _ellipsoid(
+    s: Scene, frame: BodyView, solid: Solid, plane: Plane
+) -> tuple[Sequence[Scalar], Sequence[Scalar], Scalar]:
     """Its middle, the way from there to where it is nearest, the gap."""
     assert solid.semi is not None
     axes = [frame.direction(axis) for axis in solid.axes]
