@@ -17,7 +17,7 @@ from itertools import product
 
 from .kinematics import add, cross, dot, perpendicular, scale, subtract
 from .laws import Edge
-from .supports import AWAY, Meeting, along
+from .supports import AWAY, Meeting, along, held_number, within
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -120,18 +120,6 @@ def _across(s: Scene, normal: Way) -> list[Way]:
     return found
 
 
-def _held(s: Scene, size: Expr, label: str) -> Expr:
-    """A number that goes with a law's mode; what stands for its condition is never met."""
-    return s.b.flag(s.public(-1.0 - size * size), None, f"{label} held", law="kept")
-
-
-def _within(s: Scene, label: str, gap: Expr, past: Expr, which: Expr | float = 1.0) -> tuple[Expr, Edge]:
-    """A gap that is one while `past` is not above 0, of the feature `which`, and how that ends."""
-    held = _held(s, gap, label)
-    can = s.b.select(s.b.call("notless", 0.0, past), which, 0.0)
-    return s.b.select(held, gap, s.b.select(can, gap, AWAY)), Edge(held, can, past)
-
-
 def _near(a: Block, b: Block, k: int, inside: bool) -> Meeting:
     """A corner of A and what of B's block is next to it; `inside`: between the ends of B's one line alone."""
     s, p = a.s, a.corners[k]
@@ -150,7 +138,7 @@ def _near(a: Block, b: Block, k: int, inside: bool) -> Meeting:
     normal = scale(1.0 / distance, away)
     gap, edge = distance - (a.radius + b.radius), None
     if past is not None:
-        gap, edge = _within(s, label, gap, past)
+        gap, edge = within(s, label, gap, past)
     return _meeting(a, b, label, gap, normal, add(p, scale(-a.radius, normal)), edge)
 
 
@@ -184,7 +172,7 @@ def _on_face(a: Block, b: Block, k: int) -> Meeting:
             further = s.b.call("notless", value, best)
             name = s.b.select(further, s.b.select(faces, number, -number), name)
             best = s.b.select(further, value, best)
-    held = _held(s, at[0], label)
+    held = held_number(s, at[0], label)
     number = s.b.select(held, held, s.b.call("abs", name))
     sides = [
         _chosen(s, number, [side * float(i == j) for i in range(3) for side in (1.0, -1.0)]) for j in range(3)
@@ -251,7 +239,7 @@ def _round(crossing: Crossing, q: Way, label: str) -> Meeting:
     signed = s.b.const(0.0) + dot(crossing.normal, subtract(a.centre, q))
     side = s.b.select(s.b.call("notless", signed, 0.0), 1.0, -1.0)
     normal = scale(side, crossing.normal)
-    gap, edge = _within(s, label, side * signed - (a.radius + b.radius), past)
+    gap, edge = within(s, label, side * signed - (a.radius + b.radius), past)
     return _meeting(a, b, label, gap, normal, add(place, scale(-a.radius, normal)), edge)
 
 
@@ -266,7 +254,7 @@ def _sharp(crossing: Crossing, apart: Expr, first: int, second: int) -> Meeting:
     toward = 2.0 * out - 1.0
     seen = [out, *_outer(a, crossing.i, n, -toward, first), *_outer(b, crossing.j, n, toward, second)]
     now = 1.0 + sum((2.0**k * bit for k, bit in enumerate(seen)), s.b.const(0.0))
-    held = _held(s, b.place(a.centre)[0], label)
+    held = held_number(s, b.place(a.centre)[0], label)
     rest = s.b.select(held, held, now) - 1.0
     bits: list[Expr] = []
     for k in reversed(range(5)):
