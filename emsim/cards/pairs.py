@@ -112,7 +112,7 @@ def _meeting(
 
 
 def _across(s: Scene, normal: Way) -> list[Way]:
-    """Two directions at right angles to a normal: those at right angles to POLE, turned as that is to the normal, the shortest way."""
+    """Two directions at right angles to a normal: those across POLE, turned as that is to the normal, the shortest way."""
     beside = 1.0 / (s.b.const(1.0) + dot(normal, POLE))
     found: list[Way] = []
     for way in perpendicular(POLE):
@@ -164,13 +164,13 @@ def _on_face(a: Block, b: Block, k: int) -> Meeting:
     best, name = s.b.const(-AWAY), s.b.const(0.0)
     for j, (u, into, (_, half)) in enumerate(zip(at, inward, b.ways, strict=True)):
         for side in (1.0, -1.0):
-            number, distance = 2.0 * j + (1.5 - 0.5 * side), side * u - half
+            place, distance = 2.0 * j + (1.5 - 0.5 * side), side * u - half
             # a face that the corner does not turn to counts where it is beyond alone: then it is off
             faces = s.b.call("notless", side * into, 0.0)
             off = s.b.select(s.b.call("notless", tiny, distance), -AWAY, distance)
             value = s.b.select(faces, distance, off)
             further = s.b.call("notless", value, best)
-            name = s.b.select(further, s.b.select(faces, number, -number), name)
+            name = s.b.select(further, s.b.select(faces, place, -place), name)
             best = s.b.select(further, value, best)
     held = held_number(s, at[0], label)
     number = s.b.select(held, held, s.b.call("abs", name))
@@ -184,8 +184,8 @@ def _on_face(a: Block, b: Block, k: int) -> Meeting:
     stays = s.b.select(s.b.call("notless", 0.0, past), held, presses)
     edge = Edge(held, s.b.select(held, stays, presses), past)
     normal: Way = (0.0, 0.0, 0.0)
-    for side, (way, _) in zip(sides, b.ways, strict=True):
-        normal = add(normal, scale(side, way))
+    for part, (way, _) in zip(sides, b.ways, strict=True):
+        normal = add(normal, scale(part, way))
     return _meeting(a, b, label, gap, normal, p, edge)
 
 
@@ -244,8 +244,8 @@ def _round(crossing: Crossing, q: Way, label: str) -> Meeting:
 
 
 def _sharp(crossing: Crossing, apart: Expr, first: int, second: int) -> Meeting:
-    """An edge of box A at one of box B: of each the one that is furthest out along the normal, or, `first` and `second`, that beside
-    it across the face that is turned more to the other. Which they are is a number of five bits, the side of the normal first.
+    """An edge of box A at one of box B: of each the one that is furthest out along the normal, or, `first` and `second`, that
+    beside it across the face that is turned more to the other. Which they are is a number of five bits, the normal's side first.
     What is deeper than planes of faces are `apart` lies one beside the other, and does not touch."""
     a, b, s = crossing.a, crossing.b, crossing.a.s
     n = crossing.normal

@@ -4,7 +4,7 @@
     box(w,h,d)                  about the origin; of shapes.py, and with its depth along z a solid
     capsule(l,r)                a rod with round ends: all that is within r of the line from the origin to (l,0,0)
     cylinder(r,h)               about the origin, its axis along z, h long
-    hull(x1,y1,z1,..)           the least convex solid that holds these points; also hull(stl(file[,metres]))
+    hull(x1,y1,z1,..)           the least convex solid that holds these points; of BODY also stl(part.stl[,metres]), of a file
     plane(nx,ny,nz)             through the origin; n points away from what is solid
 
 Inertia by mass about the centre of mass (homogeneous), about principal axes:

@@ -1,4 +1,4 @@
-"""Where a convex solid meets a plane: gaps and slips of CONTACT between shapes in space. n is the plane's normal, o a place on it.
+"""Where a convex solid meets a plane: gaps and slips of CONTACT between shapes in space. n is the normal, o a place on the plane.
 
     corner p of a box or hull    gap = n . (p - o)
     ball, end of a capsule       gap = n . (c - o) - r

@@ -1,5 +1,5 @@
-"""Ellipsoids and balls on a plane by themselves: equations of motion of one rigid body with its point of touch, by scipy. Nothing of
-the program is used."""
+"""Ellipsoids and balls on a plane by themselves: equations of motion of one rigid body with its point of touch, by scipy.
+Nothing of the program is used."""
 
 from __future__ import annotations
 

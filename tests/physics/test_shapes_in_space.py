@@ -1,4 +1,4 @@
-"""CONTACT between shapes in space: boxes, hulls, balls, capsules, cylinders on planes and on one another; closed forms, the energy,
+"""CONTACT between shapes in space: boxes, hulls, balls, capsules, cylinders on planes and one another; closed forms, the energy,
 nothing in each other, any order of cards."""
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def test_a_box_falls_on_an_edge(reltol, error):
 
 
 def test_a_block_rocks_and_loses_what_housner_says():
-    """A block of half-diagonal R rocks about its edges, J0 = 4/3 m R^2; over flat its rate falls by 1 - 3/2 sin(alpha)^2 (1963)."""
+    """A block of half-diagonal R rocks about its edges, J0 = 4/3 m R^2; over flat its rate falls by 1 - 3/2 sin(alpha)^2."""
     w, h, lean = 0.06, 0.2, 0.1
     alpha, big = atan(w / h), sqrt(w * w + h * h) / 2
     x, y = -big * sin(alpha - lean), big * cos(alpha - lean)

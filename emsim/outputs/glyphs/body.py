@@ -1,5 +1,5 @@
-"""Shapes of bodies in space, of cards/solids.py: {"at" its middle, "form", "sizes", "axes" its own, and of a hull "points" about the
-middle and "faces"}. As solids, and where there are none by their edges."""
+"""Shapes of bodies in space, of cards/solids.py: {"at" its middle, "form", "sizes", "axes" its own, and of a hull "points" about
+the middle and "faces"}. As solids, and where there are none by their edges."""
 
 from __future__ import annotations
 
