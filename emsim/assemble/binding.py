@@ -8,7 +8,7 @@ from ..cards import CARDS, quantities
 from ..diagnostics import Fix, instead, suggest
 from ..expr import Node, Scope, evaluate, names
 from ..opened import OpenNumber
-from .scene import JointState
+from .scene import FREE, JointState
 from .tree import GROUND
 
 TYPE_CHECKING = False
@@ -210,8 +210,8 @@ class Binding:
         return [part for part in own if name is None or name in part[:2]]
 
     def joined(self, a: str, b: str) -> bool:
-        """Does a joint join the two bodies?"""
-        return any({a, b} == {joint.a, joint.b} for joint in self.joints.values())
+        """Does a joint join the two bodies? One that stands for a free body holds nothing."""
+        return any({a, b} == {joint.a, joint.b} for key, joint in self.joints.items() if key[:1] != FREE)
 
     def is_still(self, body: str) -> bool:
         return body == GROUND or self.bodies[body].fixed

@@ -177,6 +177,9 @@ class Machine(Mechanism):
         for body in self.bodies.values():
             if body.in_space and not body.fixed:
                 return f"body {body.name} starts out of it"
+        for name, _, shape in self.parts():
+            if shape.leaves_plane:
+                return f"{name} has a shape that leaves it"
         for card in self.couplings.values():
             if card.leaves_plane() or any(
                 self._height(ref) for _, kind, ref in card.terminals if kind == "point"

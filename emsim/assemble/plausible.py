@@ -32,6 +32,8 @@ def remarks(m: Mechanism) -> None:
 def _thin(m: Mechanism, body: Body) -> None:
     """A shape so large that nothing of its mass could be: sizes in millimetres."""
     name = getattr(body.shape, "fn", "")
+    if name not in ("rod", "box", "disc", "polygon"):
+        return
     sizes = [float(getattr(a, "value", a)) for a in getattr(body.shape, "args", ())]
     if not sizes or body.m <= 0.0 or max(sizes) < LONG:
         return

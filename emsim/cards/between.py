@@ -5,18 +5,26 @@
 
 from __future__ import annotations
 
-from . import touch
+from . import pairs, supports, touch
 from .base import Card
+from .laws import disc
 from .meeting import meetings, separation
 from .touch import Rigid, Touch, Touching
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import Probes, Scene
-    from .meeting import Meeting, Part
+    from .base import Probes, Scalar, Scene
+    from .laws import Edge
+    from .meeting import Part
     from .shapes import Shape
+
+SOLIDS = (
+    "box(w,h,d), capsule(l,r), cylinder(r,h), ball(r), ellipsoid(a,b,c), hull(x1,y1,z1,..), plane(nx,ny,nz)"
+)
 
 
 class Between(Touching, Card):
@@ -51,25 +59,67 @@ class Between(Touching, Card):
         self.touches, self.corners, self.slips = [], [], []
         pairs = self.pairs(s)
         what = f"CONTACT {self.name}"
-        if s.in_space:
-            said = f"{what} is between shapes, which touch in the plane, and the machine leaves it"
-            hint = "in space: CONTACT name P Q line=(nx,ny,nz) or rq=, r= for a ball, axis= for a disc"
-            s.sink.error("E240", said, self.span, hint)
-            return
         if not pairs:
             said = f"{what} has no effect: no two shapes here belong to bodies that move apart"
             s.sink.error("E240", said, self.span, "shape= of a BODY, or SHAPE name body box(w,h)")
             return
         for a, b in pairs:
-            if not self._takes(s, a[2], b[2], what):
+            if s.in_space:
+                self._in_space(s, a, b, what)
+            elif not self._takes(s, a[2], b[2], what):
                 return
-            for meeting in meetings(s, a, b):
-                self._touch(s, meeting)
+            else:
+                for meeting in meetings(s, a, b):
+                    self._touch(s, meeting.label, meeting.gap, [meeting.slip], meeting.edge)
+
+    def _in_space(self, s: Scene, a: Part, b: Part, what: str) -> None:
+        if wrong := self._refused(a, b):
+            said, hint = wrong
+            s.sink.error("E240", f"{what}: {said}", self.span, hint)
+            return
+        assert a[2].solid is not None and b[2].solid is not None
+        one, other = (*a[:2], a[2].solid), (*b[:2], b[2].solid)
+        found = supports if one[2].normal or other[2].normal else pairs
+        for meeting in found.meetings(s, one, other):
+            self._touch(s, meeting.label, s.b.const(0.0) + meeting.gap, meeting.slips, meeting.edge)
+
+    def _refused(self, a: Part, b: Part) -> tuple[str, str] | None:
+        """Why no two such shapes touch in space, and what does."""
+        for name, _, shape in (a, b):
+            if shape.solid is None:
+                said = f"{shape.kind}(..) of {name} has no depth along z, and the machine leaves the plane"
+                return said, f"in space: {SOLIDS}"
+        one, other = a[2].solid, b[2].solid
+        assert one is not None and other is not None
+        named = f"{one.kind}(..) of {a[0]} and {other.kind}(..) of {b[0]}"
+        if one.normal and other.normal:
+            return f"{named} bound half-spaces, which are in each other", "leave one of them out"
+        if one.normal or other.normal:
+            return None
+        for name, solid in ((a[0], one), (b[0], other)):
+            if solid.half is None:
+                said = f"{named} do not touch each other: {solid.kind}(..) touches planes alone"
+                hint = f"SHAPE {name}2 {name} box(w,h,d), capsule(l,r) or ball(r) in its place; a plane is plane(nx,ny,nz)"
+                return said, hint
+        if self.k is not None and any(one.half or ()) and any(other.half or ()):
+            said = f"{named} have no elastic law k=: of corners and edges alone rigid ones have"
+            return said, "leave k= out: rigid parts, e= gives back a share"
+        return None
 
     def separations(self, s: Scene) -> list[Expr]:
         """Of all pairs of polygons, for the start: no corner need be inside where two cross."""
+        if s.in_space:
+            return self._separations_in_space(s)
         straight = [(a, b) for a, b in self.pairs(s) if not (a[2].radius or b[2].radius)]
         return [separation(s, a, b) for a, b in straight]
+
+    def _separations_in_space(self, s: Scene) -> list[Expr]:
+        found = []
+        for a, b in self.pairs(s):
+            one, other = a[2].solid, b[2].solid
+            if one and other and one.half and other.half and (all(one.half) or all(other.half)):
+                found.append(pairs.separation(s, (*a[:2], one), (*b[:2], other)))
+        return found
 
     def _takes(self, s: Scene, a: Shape, b: Shape, what: str) -> bool:
         """Is the pair one that is known, as stiff as it is?"""
@@ -86,18 +136,22 @@ class Between(Touching, Card):
                 return False
         return True
 
-    def _touch(self, s: Scene, at: Meeting) -> None:
+    def _touch(
+        self, s: Scene, label: str, gap: Expr, slips: Sequence[Scalar], edge: Edge | None = None
+    ) -> None:
         mu, mus = self.mu, self.mu if self.mus is None else self.mus
+        place: Rigid | Touch
         if self.k is None:
-            corner = Rigid(at.gap, self.e, "N", at.edge)
-            self.corners.append((1.0, corner))
-            if mu or mus:
-                self.set_one_slip(at.slip, corner, mu, mus)
-            return
-        one = Touch(s, f"{self.name} {at.label}", at.gap, self.k, self.c, self.e, self.n)
-        self.touches.append((1.0, one))
+            place = Rigid(gap, self.e, "N", edge)
+            self.corners.append((1.0, place))
+        else:
+            place = Touch(s, f"{self.name} {label}", gap, self.k, self.c, self.e, self.n)
+            self.touches.append((1.0, place))
         if mu or mus:
-            self.set_one_slip(at.slip, one, mu, mus)
+            for slip in slips:
+                self.set_one_slip(slip, place, mu, mus)
+            if len(slips) == 2:
+                disc(*self.slips[-2:])
 
     def probes(self, s: Scene) -> Probes:
         found = self.touch_probes(s, "force")

@@ -6,7 +6,7 @@ Inertia about the centre of mass of the shapes (homogeneous):
     rod(l, w=0)   Jxx = m w^2/12, Jyy = m l^2/12, Jzz = m (l^2 + w^2)/12; Jzz = m l^2/12 for the thin rod
     box(w, h)     Jxx = m h^2/12, Jyy = m w^2/12, Jzz = m (w^2 + h^2)/12
     disc(r)       Jxx = Jyy = m r^2/4,            Jzz = m r^2/2
-    polygon(..)   see shapes.py
+    polygon(..)   see shapes.py; with a depth box(w, h, d), and other solids: solids.py
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 class Body(Card):
     spec = Spec(
         "BODY",
-        "BODY name m= [j=] [com=(x,y)] [shape=rod(l)/box(w,h)/disc(r)/polygon(x1,y1,..)] "
+        "BODY name m= [j=] [com=(x,y)] [shape=rod(l)/box(w,h[,d])/disc(r)/polygon(x1,y1,..)/ball(r)/capsule(l,r)/"
+        "cylinder(r,h)/ellipsoid(a,b,c)/hull(x1,y1,z1,..)] "
         "[look=ball(r)/wheel(r)/gear(r,z)/wagon(l,h)/plate(w,h)/stl(file)] "
         "[x= y= angle= vx= vy= omega=, in space z= vz= rot= omega=(wx,wy,wz)] [fixed=yes]",
         terminals="",
@@ -47,7 +48,7 @@ class Body(Card):
         shape=Default(
             None,
             "m",
-            "rod(l[,w]) along +x from the origin, box(w,h) or disc(r) centred, polygon(x1,y1,..)",
+            "rod(l[,w]) or capsule(l,r) along +x from the origin, others centred, polygon(x1,y1,..), hull(x1,y1,z1,..)",
             "shape",
         ),
         look=Default(None, "", f"its picture alone: {looks.FORM}", "shape"),
@@ -97,8 +98,8 @@ class Body(Card):
             self.outline = shapes.read(self.shape, f"BODY {self.name}", self.place("shape"), sink)
             if self.outline is None:
                 return
-            jx, jy, jz, jxy = (self.m * j for j in self.outline.inertia)
-            self.inertia, centre = (jx, jy, jz, jxy, 0.0, 0.0), (*self.outline.centre, 0.0)
+            self.inertia = (*(self.m * j for j in self.outline.inertia), 0.0, 0.0)[:6]
+            centre = self.outline.centre
             self.spatial_inertia = True
         self.looks = None
         if self.look is not None:
@@ -179,7 +180,7 @@ class Body(Card):
             draw.add(
                 {"plate": "box", "gear": "toothed"}.get(kind, kind), self, at=draw.on(self.name), sizes=sizes
             )
-        elif self.outline is not None and kind == "polygon":
+        elif self.outline is not None and (kind == "polygon" or self.outline.leaves_plane):
             shape.outline(draw, self, self.name, self.outline)
         elif kind == "bones":
             at = draw.on(self.name, self.centre)

@@ -111,20 +111,20 @@ class Files:
             return
         known.update({module.name.lower(): module for module in found})
 
-    def mesh(self, card: MachineCard, look: Call, known: dict[str, Surface]) -> None:
-        """The surface that `look=stl(file)` names, under the path that then stands for it; on failure the card loses it."""
+    def mesh(self, card: MachineCard, look: Call, known: dict[str, Surface], key: str = "look") -> None:
+        """The surface that `stl(file)` names, of look=, under the path that then stands for it; on failure the card loses it."""
         from ..readers import stl, surface
 
-        place = card.param_spans["look"]
+        place = card.param_spans[key]
         given = look.args[0].id if look.args and isinstance(look.args[0], Name) else ""
         if not given or given[0] in "\"'{":
             said = (
                 "stl(..) names a file" if not given else "the name of a file stands without quotes or braces"
             )
             self.sink.error(
-                "E232", said, place, "write look=stl(part.stl), in millimetres look=stl(part.stl,1m)"
+                "E232", said, place, "write stl(part.stl), in millimetres stl(part.stl,1m)"
             )
-            del card.params["look"]
+            del card.params[key]
             return
         file = card.span.file
         base = os.path.dirname(file.path) if file.path else "."
@@ -138,7 +138,7 @@ class Files:
                 if len(found) > 20_000:
                     raise ValueError(f"it has {len(found):,} triangles, and 20,000 are the most")
                 known[path] = surface.welded(found)
-            card.params["look"] = Call(look.fn, [Name(path, look.args[0].at), *look.args[1:]], look.at)
+            card.params[key] = Call(look.fn, [Name(path, look.args[0].at), *look.args[1:]], look.at)
             return
         except FileNotFoundError:
             near = suggest(os.path.basename(path), _listing(os.path.dirname(path) or "."))
@@ -149,7 +149,7 @@ class Files:
         except ValueError as error:
             hint = "a page of a megabyte holds no more; the program that wrote it can write it coarser"
             self.sink.error("E158", f"{given}: {error}", place, hint if "the most" in str(error) else None)
-        del card.params["look"]
+        del card.params[key]
 
     def _too_much(self, card: Include, most: str) -> None:
         hint = "a file that several others need is included once, by the deck"

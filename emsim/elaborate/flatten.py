@@ -30,7 +30,7 @@ from ..deck import (
 from ..diagnostics import Fix, OutsideError, did_you_mean, instead, suggest
 from ..draws import SEED, Draws
 from ..elements import MODEL_TYPES, Element
-from ..expr import Call, ExprError, Name, Node, evaluate, fold
+from ..expr import Call, ExprError, Name, Node, Num, evaluate, fold
 from ..source import NoCollection
 from ..syntax import LineError
 from ..traced import number
@@ -406,6 +406,7 @@ class _Flattener:
             bound, sources = bind_machine_card(card, level, self.models), []
             if isinstance(look := bound.params.get("look"), Call) and look.fn == "stl":
                 self.reader.mesh(bound, look, self.flat.meshes)
+            self._hull_of_file(bound)
         if bound.name in self.machine_names:
             self.twice("mechanical thing", bound.name, self.machine_names[bound.name], bound.span)
             return
@@ -416,6 +417,30 @@ class _Flattener:
                 self.twice("element", source.name, self.names[source.name].span, source.span)
             else:
                 self.flat.elements.append(source)
+
+    def _hull_of_file(self, bound: MachineCard) -> None:
+        """`shape=stl(part.stl[,metres])` becomes the hull of its points."""
+        shape = bound.params.get("shape")
+        if not isinstance(shape, Call) or shape.fn != "stl":
+            return
+        self.reader.mesh(bound, shape, self.flat.meshes, "shape")
+        found = bound.params.get("shape")
+        if not isinstance(found, Call):
+            return
+        metres = getattr(found.args[1], "value", None) if len(found.args) > 1 else 1.0
+        if not isinstance(metres, float) or not 0.0 < metres < float("inf"):
+            said = "stl(file[,metres]) takes what one unit of the file is in metres, greater than zero"
+            self.sink.error("E232", said, bound.param_spans["shape"])
+            del bound.params["shape"]
+            return
+        from ..cards.hulls import Hull
+
+        points = self.flat.meshes[found.args[0].id].scaled(metres).places()
+        try:
+            points = [list(p) for p in Hull(points).corners]
+        except ValueError:
+            pass  # told where the shape is read
+        bound.params["shape"] = Call("hull", [Num(v) for p in points for v in p], shape.at)
 
     def currents_of_both(self) -> None:
         """A machine card with nodes in the circuit and an element of its name: i(name) would be of either."""

@@ -36,6 +36,8 @@ def extents(shapes: list[Shape]) -> list[list[Any]]:
                 for y in [0, 1]:
                     for z in [0, 1]:
                         found.append([moved(s["at"], s["box"][x][0], s["box"][y][1], s["box"][z][2]), 0.0])
+        elif kind == "solid":
+            found.append([s["at"], 0.0, 2] if s["form"] == "plane" else [s["at"], s["reach"]])
         elif kind == "wagon":
             found.append([moved(s["at"], sizes[0] / 2, sizes[1] / 2), 0.0])
             found.append([moved(s["at"], -sizes[0] / 2, -0.85 * sizes[1]), 0.0])

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 
+from .body import body_mesh, peg_of
 from .gear import toothed
 from .marks import moved
 from .meshes import across, block, coiled, cross, cylinder, globe, hoop, plus, prism, thread, times, unit
@@ -83,6 +84,11 @@ def solids_of(found: list[Any], s: Shape, shapes: list[Shape], size: float, t: f
         look_of(found, s, shapes)
     elif kind == "mesh":
         found.append(solid(s["at"], [s["points"], s["faces"], s["edges"]], "body"))
+    elif kind == "solid":
+        found.append(solid(s["at"], body_mesh(s, size), "ground" if s["form"] == "plane" else "body"))
+        peg = peg_of(s)
+        if len(peg):
+            found.append(solid(s["at"], peg, "edge"))
     elif kind == "polygon":
         plate_of(found, s)
     elif kind == "bones":
@@ -115,7 +121,7 @@ def is_solid(s: Shape) -> bool:
     if s["kind"] in ["spring", "damper"]:
         return "p" in s
     return s["kind"] in [
-        "rod", "box", "disc", "polygon", "bones", "joint", "ball", "wheel", "toothed", "wagon", "mesh",
+        "rod", "box", "disc", "polygon", "bones", "joint", "ball", "wheel", "toothed", "wagon", "mesh", "solid",
     ]  # fmt: skip
 
 

@@ -37,9 +37,9 @@ impl Modes {
         let touches: Vec<bool> = (0..list.len())
             .map(|k| {
                 let closed = list[k].form != Form::Relay && p.w.flags[list[k].closed()] != 0.0;
-                let near =
-                    list[k].form == Form::Corner && readings[k].gap <= TOUCHES * e.gaps[k] && faces(p.w, &list[k]);
-                list[k].form == Form::OneWay || closed || near
+                let near = list[k].form == Form::Corner && readings[k].gap <= TOUCHES * e.gaps[k];
+                // one that has come past the end of its edge touches no more
+                list[k].form == Form::OneWay || (closed || near) && faces(p.w, &list[k])
             })
             .collect();
         let rests = self.rests(e, p, &readings, &touches)?;
