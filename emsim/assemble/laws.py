@@ -10,6 +10,8 @@ One pattern: the flags choose. Power f w of every law, and mu g of every corner,
 
 from __future__ import annotations
 
+from ..cards.touch import NOTHING
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Builder, Expr
@@ -19,7 +21,6 @@ if TYPE_CHECKING:
 
 
 SLOW = 1e-12  # [m/s] of a direction at rest
-NOTHING = 1e-200  # [square of what it is added to] keeps the slope of a length at 0
 
 
 def allocate(m: Mechanism, card: Card) -> None:

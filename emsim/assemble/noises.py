@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import math
 
+from ..elements.courses import MOST
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from random import Random
-
-MOST = 5_000_000  # points of a waveform
 
 
 Points = list[float]  # t0, v0, t1, v1, ..

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from math import pi
 
+from .coordinates import AGREE
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
@@ -17,7 +19,6 @@ if TYPE_CHECKING:
     from .mechanism import Mechanism
     from .scene import Coordinate
 
-AGREE = 1e-9  # two start values that differ by less say the same
 POINTS = 200  # at which a speed is looked at
 JUMP = 1e-3  # of the largest speed: between neighbours, and still there when they have come together
 

@@ -15,6 +15,7 @@ from math import cos, pi, sin
 
 from .kinematics import add, cross, dot, is_zero, perpendicular, scale, subtract
 from .laws import Edge
+from .round import NOTHING
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     # its label, a place of the solid, the way from there to where it is nearest, the gap, how that is held
     Place = tuple[str, Sequence[Scalar], Sequence[Scalar], Scalar, Edge | None]
 
-NOTHING = 1e-15  # [of 1] keeps a slope where a rim lies flat on a plane
 FEET = 12  # points of a rim on which it rests, a multiple of 2: it falls flat over opposite ones
 FLAT = 1e-4  # [rad] below that a rim lies flat: feet are by (1 - cos(pi/FEET)) of that nearer to the middle than it is
 AWAY = 1e30  # [m] a gap of what cannot touch

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..analyses import find
 from ..diagnostics import ConvergenceError, DeckError, Diagnostic, OutsideError, Sink
+from ..draws import SEED
 from ..elaborate.steps import points
 from ..expr import ExprError
 from ..stepped import joined
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
 
 # what `show` tells of a device's operating point, as far as the device knows it
 SHOWN = ("i", "p", "id", "ic", "ib", "vgs", "vds", "gm", "gds", "gmbs", "gpi", "go")
-SEED = 1
 # variables that ngspice -b sets itself; `oscompiled`: its number of the operating system
 SYSTEMS = {"darwin": 7.0, "win32": 1.0, "cygwin": 2.0}
 GIVEN = {"batchmode": True, "xspice_enabled": True, "oscompiled": SYSTEMS.get(sys.platform, 6.0)}

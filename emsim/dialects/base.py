@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 TRUTHS = frozenset(("<", "<=", ">", ">=", "==", "!=", "&&", "||"))
 TESTS = frozenset(("eq0", "ne0", "gt0", "lt0", "ge0", "le0"))
 
+BREAKDOWN = 1e-10  # ibv of a diode that states none [A]
+
 
 class Dialect:
     name: ClassVar[str]

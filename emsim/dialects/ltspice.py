@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from ..expr import Binary, Call, Cond, Node, Num, Unary
-from .base import Dialect, clamped, is_truth, magnitude_power
+from .base import BREAKDOWN, Dialect, clamped, is_truth, magnitude_power
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from .base import Function
 
 TRUE = 0.5  # a value above it is true
-BREAKDOWN = 1e-10  # ibv of a diode that states none [A]
 
 
 def _node(value: Any) -> Node:

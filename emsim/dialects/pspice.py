@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .base import Dialect, clamped, magnitude_power
+from .base import BREAKDOWN, Dialect, clamped, magnitude_power
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from ..expr import Node
     from .base import Function
 
-BREAKDOWN = 1e-10  # IBV of a diode that states none [A]
 # types of RES, CAP, IND and the parameter that multiplies the value on the line
 MULTIPLIERS = {"res": "r", "cap": "c", "ind": "l"}
 

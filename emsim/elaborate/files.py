@@ -121,9 +121,7 @@ class Files:
             said = (
                 "stl(..) names a file" if not given else "the name of a file stands without quotes or braces"
             )
-            self.sink.error(
-                "E232", said, place, "write stl(part.stl), in millimetres stl(part.stl,1m)"
-            )
+            self.sink.error("E232", said, place, "write stl(part.stl), in millimetres stl(part.stl,1m)")
             del card.params[key]
             return
         file = card.span.file

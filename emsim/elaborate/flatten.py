@@ -433,13 +433,15 @@ class _Flattener:
             self.sink.error("E232", said, bound.param_spans["shape"])
             del bound.params["shape"]
             return
+        from contextlib import suppress
+
         from ..cards.hulls import Hull
 
-        points = self.flat.meshes[found.args[0].id].scaled(metres).places()
-        try:
+        mesh = found.args[0]
+        assert isinstance(mesh, Name)  # as the reader left it
+        points = self.flat.meshes[mesh.id].scaled(metres).places()
+        with suppress(ValueError):  # told where the shape is read
             points = [list(p) for p in Hull(points).corners]
-        except ValueError:
-            pass  # told where the shape is read
         bound.params["shape"] = Call("hull", [Num(v) for p in points for v in p], shape.at)
 
     def currents_of_both(self) -> None:

@@ -12,6 +12,7 @@ import os
 from ..pipeline import path_or_text
 from . import goals as aims
 from . import quantities
+from .fitted import NEVER, RUNS
 from .measured import Measures, Task
 from .workers import everywhere as search_everywhere
 
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
     Progress = Callable[[int, float], object]
 
-RUNS = 200
-NEVER = 1e12  # the cost of a run that failed, in a search over all of the bounds
 MET = 1e-6  # the cost of goals that are all but met
 FIRST = 1e3  # what a missed goal counts there beside what is made small
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import re
 
+from ..elaborate.files import MAX_DEPTH
 from ..elements.xspice import NAMES
 from ..source import MOST_BYTES, decode, read_bytes
 
@@ -35,7 +36,6 @@ OPTIONS = frozenset(
     "srcsteps temp tnom trtol trytocompact vntol warn xmu".split()
 )
 MOST_CARDS = 5_000_000
-DEPTH = 50  # files within files
 
 Card = list[str]  # the physical lines of a card, without comments
 
@@ -153,7 +153,7 @@ def _files(card: Card, folder: str, chain: tuple[str, ...]) -> Iterator[tuple[st
         return
     path = os.path.join(folder, os.path.expanduser(found[1].strip("\"'")))
     link = os.path.realpath(path) + "\0" + (_section(card) if first_word(card) == ".lib" else "")
-    if link in chain or len(chain) >= DEPTH:
+    if link in chain or len(chain) >= MAX_DEPTH:
         return
     try:
         text = decode(read_bytes(path, regular=True)) or ""

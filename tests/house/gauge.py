@@ -28,8 +28,8 @@ LONG = 80  # lines of a function that is read at a sitting
 MANY = 8  # arguments that a caller cannot keep apart by place
 FILE = 600  # lines of a file
 # rooms of abilities that grow while the rest gets simpler: pages that compute, the playground, sweeps, runs led from Python,
-# cards of rolling, of tyres and of relations among joints, robots, schematics
-# and FMUs of others. Counted apart
+# cards of rolling, of tyres and of relations among joints, robots, schematics, FMUs of others and for their solvers, gradients,
+# environments, models that are added, shapes in space. Counted apart
 APART = (
     "emsim/assemble/hands.py", "emsim/cards/knife.py", "emsim/cards/ratio.py", "emsim/cards/roll.py",
     "emsim/engine/src/packed/", "emsim/engine/src/page.rs", "emsim/engine/src/py/instance.rs", "emsim/fmus/page.py",
@@ -37,7 +37,10 @@ APART = (
     "emsim/playground/", "emsim/cli/playground.py", "emsim/cli/gallery.py", "emsim/cards/magic.py", "emsim/cards/tyre.py",
     "emsim/cli/import.py", "emsim/readers/", "emsim/robots/", "emsim/sheets/", "emsim/schematic/given.py",
     "emsim/engine/foreign/src/", "emsim/engine/dae/src/devices/foreign.rs", "emsim/engine/src/py/foreign.rs",
-    "emsim/build_unit.py",
+    "emsim/build_unit.py", "emsim/environments/", "emsim/gradients/", "emsim/differentiable.py", "emsim/jax.py", "emsim/torch.py",
+    "emsim/elements/added.py", "emsim/elements/public.py", "emsim/cli/models.py", "emsim/cards/hulls.py", "emsim/cards/pairs.py",
+    "emsim/cards/solids.py", "emsim/cards/supports.py", "emsim/outputs/glyphs/body.py", "emsim/engine/dae/src/tangent/",
+    "emsim/engine/integrate/src/driver/outside.rs", "emsim/engine/integrate/src/session/exchange.rs",
 )  # fmt: skip
 KNOT = 8  # modules that import each other in a circle and can still be read as one thing
 
