@@ -200,7 +200,7 @@ def test_an_elastic_ball_gives_back_its_share():
         ("BODY a m=1 shape=box(1,1) y=1\nCONTACT c a floor k=100", "E240", "no elastic law"),
         ("BODY a m=1 shape=rod(1) y=1\nCONTACT c a floor e=0", "E240", "no thickness"),
         ("BODY a m=1 shape=polygon(0,0,1,0,0.2,0.2,0,1) y=1\nCONTACT c all e=0", "E232", "not convex"),
-        ("BODY a m=1 shape=box(1,1) y=1 omega=(1,0,0)\nCONTACT c all e=0", "E240", "touch in the plane"),
+        ("BODY a m=1 shape=box(1,1) y=1 omega=(1,0,0)\nCONTACT c all e=0", "E240", "has no depth along z"),
         ("BODY a m=1 shape=box(1,1) y=1\nCONTACT c a flor e=0", "E235", "no body or shape"),
         ("BODY a m=1 j=1\nCONTACT c a floor e=0", "E235", "has no shape"),
         ("BODY a m=1 shape=box(1,1) y=0.2\nCONTACT c all e=0", "E258", "in each other"),

@@ -685,6 +685,11 @@ MACHINES = {
     "SHAPE": {
         "at": (DISC + "SHAPE f 0 box(1,0.1) @\nCONTACT c b f k=1\n", "at=(0,-0.15)", "at=(0,-0.2)"),
         "angle": (DISC + "SHAPE f 0 box(1,0.1) at=(0,-0.15) @\nCONTACT c b f k=1\n", "angle=0.1", "angle=0.3"),
+        "rot": (
+            "BODY b m=1 y=0.3 shape=ball(0.1)\nSHAPE f 0 plane(0,1,0) @\nCONTACT c b f k=1\n.gravity 0 -9.81 0\n",
+            "rot=(0,0,0.1)",
+            "rot=(0,0,0.3)",
+        ),
     },
     "FORCE": {
         "dir": (ARM + "FORCE f arm(1,0) @ 2\n", "dir=(1,0)", "dir=(0,1)"),

@@ -90,7 +90,7 @@ def test_a_card_word_mistyped_is_no_element():
          "the .model qx in .subckt amp is known there alone: put it outside"),
         ("X1 d g 0 irf\n.model irf vdmos", "E130", "`irf` is a .model of type VDMOS: begin the line with M"),
         ("Q1 c b qn\n.model qn npn", "E109",
-         "form: Qname collector base emitter [substrate] model [area] [off] [ic=] [temp=] [m=]"),
+         "form: Qname collector base emitter [substrate [tj]] model [area] [off] [ic=] [temp=] [m=]"),
     ],
 )  # fmt: skip
 def test_a_transistor_of_the_wrong_kind_says_what_to_write(text, code, hint):
