@@ -56,7 +56,7 @@ def script(sources: Sequence[str], exports: str, outer: Sequence[str] = ()) -> s
                 elif isinstance(one, ast.FunctionDef):
                     own |= {one.name, *(a.arg for a in one.args.args)}
             name = node.name if isinstance(node, ast.FunctionDef) else text.split()[1]
-            if name in named:
+            if name in named or name in outer:
                 raise Unknown(f"two things are called {name}")
             named.add(name)
             found.append(text)

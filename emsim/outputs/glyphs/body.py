@@ -38,18 +38,18 @@ def body_mesh(s: Shape, size: float) -> list[Any]:
     if form == "disc":
         return cylinder(times(w, -0.02 * sizes[0]), times(w, 0.02 * sizes[0]), sizes[0])
     if form == "ellipsoid":
-        return rounded(times(u, sizes[0]), times(v, sizes[1]), times(w, sizes[2]), 0.0)
+        return capped(times(u, sizes[0]), times(v, sizes[1]), times(w, sizes[2]), 0.0)
     if form == "capsule":
         r = sizes[1]
-        return rounded(times(v, r), times(w, r), times(u, r), sizes[0] / 2 / r)
+        return capped(times(v, r), times(w, r), times(u, r), sizes[0] / 2 / r)
     if form == "ball":
-        return rounded(times(u, sizes[0]), times(v, sizes[0]), times(w, sizes[0]), 0.0)
+        return capped(times(u, sizes[0]), times(v, sizes[0]), times(w, sizes[0]), 0.0)
     # a plane, its normal the third axis
     found = block(times(u, size), times(v, size), times(w, 0.01 * size))
     return [[plus(p, times(w, -0.01 * size)) for p in found[0]], found[1], found[2]]
 
 
-def rounded(u: list[float], v: list[float], w: list[float], straight: float) -> list[Any]:
+def capped(u: list[float], v: list[float], w: list[float], straight: float) -> list[Any]:
     """An ellipsoid of these half-axes, cut in its middle and drawn out by `straight` times w to either side."""
     rings = []
     for side in [-1, 1]:
