@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 G = 9.81
-TIGHT = {"method": "DOP853", "rtol": 1e-9, "atol": 1e-11, "dense_output": True}
+TIGHT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14, "dense_output": True}
 
 
 def quaternion_rate(q, w):
