@@ -24,7 +24,7 @@ VERBS = {
     "optimise": "find values with which a deck's measures meet their goals",
     "plot": "draw signals of a raw, CSV, Parquet or NetCDF file: a picture, or text in the terminal",
     "compare": "run ngspice on the same deck, as written and at tight tolerances, and compare",
-    "fmu": "write the deck as a co-simulation FMU (FMI 3.0 or 2.0)",
+    "fmu": "write the deck as an FMU for co-simulation and model exchange (FMI 3.0 or 2.0)",
     "analogue": "write the electrical equivalent circuit of a one-dimensional machine as an ngspice deck",
     "chart": "run every method over a ladder of tolerances and chart error against time",
     "convert": "results between raw, CSV, Parquet and NetCDF files",

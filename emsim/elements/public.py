@@ -2,7 +2,7 @@
 simulators have them. Their texts run by `.hdl`, or by level once `emsim models add` has read them (added.py).
 
 Sources of the numbers: ngspice, src/spicelib/parser/inpdomod.c; Xyce, what its device models register (registerModelType in
-src/DeviceModelPKG); HSPICE, the tables of levels in "HSPICE Reference Manual: MOSFET Models" and "Elements and Device Models".
+src/DeviceModelPKG). HSPICE's were not compared with its manuals.
 Names of modules are those of the published Verilog-A.
 """
 

@@ -115,10 +115,14 @@ class Task:
         seen = np.clip(found[..., :count], low, high).astype(np.float32)
         return seen, found[..., count], (found[..., count + 1 :] > 0.0).any(axis=-1)
 
-    def begin(self, session: Session, random: np.random.Generator) -> None:
-        """A start of an episode."""
+    def begin(
+        self, session: Session, random: np.random.Generator, at: Mapping[str, float] | None = None
+    ) -> None:
+        """A start of an episode; `at`: coordinate -> where it is, in place of what is drawn."""
         for name, (low, high) in self.start.items():
             session.place(name, random.uniform(low, high))
+        for name, value in (at or {}).items():
+            session.place(name, value)
         session.reset()
 
 
@@ -132,8 +136,7 @@ def _expression(reward: str) -> str:
 
 class Environment(gymnasium.Env):
     """One deck in the hands of an agent. `step` gives observation, reward, terminated, truncated and info, whose `time` is
-    the deck's [s]
-    and whose `failed` says why a run could not go on: such an episode is over (terminated), with reward 0."""
+    the deck's [s] and whose `failed` says why a run could not go on: such an episode is over (terminated), with reward 0."""
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 (gymnasium has it so)
 
@@ -154,11 +157,7 @@ class Environment(gymnasium.Env):
         """Begins an episode; `options`: coordinate -> where it is at the start, in place of what is drawn."""
         super().reset(seed=seed)
         task = self.task
-        for name, (low, high) in task.start.items():
-            self.session.place(name, self.np_random.uniform(low, high))
-        for name, value in (options or {}).items():
-            self.session.place(name, value)
-        self.session.reset()
+        task.begin(self.session, self.np_random, options)
         self._count, self._over = 0, False
         self._last, _, _ = task.split(self._read())
         return self._last.copy(), {"time": 0.0}

@@ -30,4 +30,4 @@ pub mod smallsignal; // G, C and excitations at a point, for small signals
 pub mod system; // equation (1): what was compiled, and the scratch of a run
 pub mod tangent; // sensitivities beside a run
 pub mod tolerances; // options of a run, absolute tolerances by kind of quantity, weights
-pub mod waves; // PULSE SIN EXP PWL SFFM AM: values and breakpoints // the Python face
+pub mod waves; // PULSE SIN EXP PWL SFFM AM: values and breakpoints

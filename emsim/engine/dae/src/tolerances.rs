@@ -284,10 +284,10 @@ impl Tolerances {
             .collect();
         let floor = atol.clone();
         let mut own = vec![0.0; sys.n];
-        // the error of a diode's own node, behind its series resistance, is a share of one volt: it stands off its terminal by a
+        // the error of a device's own node, behind its series resistance, is a share of one volt: it stands off its terminal by a
         // current's drop, microvolts of which would otherwise be held to their own size. Accounts integrate the currents themselves
-        for (.., [_, inner], _) in sys.series().into_iter().filter(|_| !o.accounts) {
-            own[inner as usize] = o.reltol;
+        for node in sys.behind_resistances().filter(|_| !o.accounts) {
+            own[node] = o.reltol;
         }
         let mut error_floor: Vec<f64> = floor.iter().zip(&own).map(|(floor, own)| floor + own).collect();
         // whole blocks, see `Norm`

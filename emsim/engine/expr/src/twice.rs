@@ -307,7 +307,6 @@ impl Lanes for One {
     }
 }
 
-#[macro_export]
 macro_rules! plain {
     ($trait:ident, $name:ident, $sign:tt) => {
         impl $trait for Plain {

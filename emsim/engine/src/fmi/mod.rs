@@ -1,4 +1,5 @@
-//! The functions of an FMU for co-simulation and model exchange, FMI 2.0 (two.rs) and 3.0 (three.rs), without Python: the library in an FMU is this one.
+//! The functions of an FMU for co-simulation and model exchange, FMI 2.0 (two.rs) and 3.0 (three.rs), without Python: the library
+//! in an FMU is this one.
 //!
 //! Where a library may leave symbols open until it is loaded, the module of Python is the FMU's library too, its references to Python
 //! made weak (emsim/fmus/library.py). Elsewhere it is built without the feature `python`.

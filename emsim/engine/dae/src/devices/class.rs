@@ -203,16 +203,19 @@ pub trait Class: Send + Sync {
         None
     }
 
-    /// An instance more, between these terminals; `inner` makes a node of that name. Errors are sentences for the user.
+    /// An instance more, between these terminals; `inner` makes a node of that name. Errors are sentences for the user. A class whose
+    /// instances come from elsewhere (a text, a file) has none made so.
     fn add(
         &mut self,
-        name: &str,
-        terminals: &[i32],
-        model: &HashMap<String, f64>,
-        instance: &HashMap<String, f64>,
-        at: Climate,
-        inner: &mut dyn FnMut(&str) -> usize,
-    ) -> Result<(), String>;
+        _name: &str,
+        _terminals: &[i32],
+        _model: &HashMap<String, f64>,
+        _instance: &HashMap<String, f64>,
+        _at: Climate,
+        _inner: &mut dyn FnMut(&str) -> usize,
+    ) -> Result<(), String> {
+        Err(format!("an instance of {} is not made of parameters", self.kind()))
+    }
     fn seats(&self) -> &[Seat];
     fn seats_mut(&mut self) -> &mut [Seat];
     /// The seats are final.

@@ -5,7 +5,7 @@
 use super::class::{across, add, Asked, Class, Facts, Line, Met, Number, Seat, Shape, GAUSS, LANES, PANEL};
 use super::limits::Limiter;
 use super::shape::{Anonymous, Constants, Key, Program, Wanted};
-use super::{Climate, Noise};
+use super::Noise;
 use crate::graph::{Graph, Id};
 #[cfg(target_arch = "x86_64")]
 use crate::tape::vectors;
@@ -430,18 +430,6 @@ impl Class for Compiled {
 
     fn compiled(&mut self) -> Option<&mut Compiled> {
         Some(self)
-    }
-
-    fn add(
-        &mut self,
-        _: &str,
-        _: &[i32],
-        _: &HashMap<String, f64>,
-        _: &HashMap<String, f64>,
-        _: Climate,
-        _: &mut dyn FnMut(&str) -> usize,
-    ) -> Result<(), String> {
-        Err(format!("an instance of {} comes from its text", self.kind))
     }
 
     fn seats(&self) -> &[Seat] {

@@ -1,10 +1,9 @@
 //! An FMU for model exchange in the equations: for its states d/dt x - derivative = 0, for its outputs and event indicators y - value = 0. What
 //! is linear of these the deck's side has placed; here are the values. Their arguments, the ports, are states, inputs and the time.
 use super::class::{across, add, Asked, Class, Facts, Layout, Line, Link, Met, Number, Seat, Shape};
-use super::{Climate, Noise};
+use super::Noise;
 use crate::foreign::exchange::Exchange;
 use crate::graph::{Graph, Id};
-use std::collections::HashMap;
 use std::sync::Arc;
 
 pub struct Exchanged {
@@ -56,18 +55,6 @@ impl Class for Exchanged {
 
     fn place(&self, instance: usize, number: Number) -> usize {
         self.layout.place(instance, number)
-    }
-
-    fn add(
-        &mut self,
-        _: &str,
-        _: &[i32],
-        _: &HashMap<String, f64>,
-        _: &HashMap<String, f64>,
-        _: Climate,
-        _: &mut dyn FnMut(&str) -> usize,
-    ) -> Result<(), String> {
-        Err("an FMU is an instance by itself".into())
     }
 
     fn is_formula(&self) -> bool {

@@ -83,6 +83,15 @@ impl System {
         self.bends.bent.iter().map(|bend| (bend.nodes, bend.volts))
     }
 
+    /// Nodes that devices have for themselves, behind their series resistances.
+    pub fn behind_resistances(&self) -> impl Iterator<Item = usize> + '_ {
+        self.seats().flat_map(|(_, seat)| &seat.series).map(|series| series.inner)
+    }
+
+    fn seats(&self) -> impl Iterator<Item = (Instance, &Seat)> {
+        self.devices.instances.iter().map(|&i| (i, &self.devices.class(i).seats()[i.number]))
+    }
+
     /// The nodes that an instance is joined to; ground is none.
     fn terminals(&self, i: Instance) -> impl Iterator<Item = usize> + '_ {
         let class = self.devices.class(i);

@@ -92,7 +92,6 @@ pub fn nominals(sys: &System, reduced: &Reduced, o: &Options) -> Vec<f64> {
 impl Exchange {
     /// A run at its start. The system has been prepared by `reduce_for_others`.
     pub fn new(system: Arc<System>, a: Transient, options: Options, record: Record) -> Result<Exchange, Failed> {
-        let unfit = |why: &str| Failed::at_start("transient", Failure::Unfit { why: why.into() }, vec![]);
         // by whose formulas values behind a jump are found
         let options = Options { method: "rk45".into(), ..options };
         let reduced = system.reduced().map_err(unfit)?;
