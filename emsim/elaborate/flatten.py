@@ -427,21 +427,21 @@ class _Flattener:
         found = bound.params.get("shape")
         if not isinstance(found, Call):
             return
-        metres = getattr(found.args[1], "value", None) if len(found.args) > 1 else 1.0
-        if not isinstance(metres, float) or not 0.0 < metres < float("inf"):
-            said = "stl(file[,metres]) takes what one unit of the file is in metres, greater than zero"
+        mesh, metres = found.args[0], getattr(found.args[1], "value", None) if len(found.args) > 1 else 1.0
+        assert isinstance(mesh, Name)  # as the reader left it
+        points = None
+        said = "stl(file[,metres]) takes what one unit of the file is in metres, greater than zero"
+        if isinstance(metres, float) and 0.0 < metres < float("inf"):
+            from ..cards.hulls import Hull
+
+            try:
+                points = Hull(self.flat.meshes[mesh.id].scaled(metres).places()).corners
+            except ValueError as error:
+                said = f"the surface in stl(..) has no inside: {error}"
+        if points is None:
             self.sink.error("E232", said, bound.param_spans["shape"])
             del bound.params["shape"]
             return
-        from contextlib import suppress
-
-        from ..cards.hulls import Hull
-
-        mesh = found.args[0]
-        assert isinstance(mesh, Name)  # as the reader left it
-        points = self.flat.meshes[mesh.id].scaled(metres).places()
-        with suppress(ValueError):  # told where the shape is read
-            points = [list(p) for p in Hull(points).corners]
         bound.params["shape"] = Call("hull", [Num(v) for p in points for v in p], shape.at)
 
     def currents_of_both(self) -> None:

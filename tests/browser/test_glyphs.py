@@ -165,7 +165,7 @@ def test_films_and_the_page_draw_the_same_strokes(
 def test_those_decks_show_every_glyph(seen: set[str]) -> None:
     if len(seen) < 3:
         pytest.skip("the strokes were not compared in this run")
-    assert set(GLYPHS) - {"solid"} == seen  # that one is of machines in space: a mesh (test_solids.py)
+    assert set(GLYPHS) == seen
 
 
 def test_names_stand_where_both_put_them(tmp_path: Path, visit: Any) -> None:

@@ -166,6 +166,16 @@ def test_crossed_planks_rest_on_each_other():
     assert [r["force(c)"][-1], r["force(f)"][-1]] == pytest.approx([G, 2 * G], rel=1e-6) and never_rises(r)
 
 
+@pytest.mark.parametrize("law", ["e=0", "e=0.5"])
+@pytest.mark.parametrize("rot", ["(1.2,0.5,0.4)", "(1.5,0,0)", "(0.3,0.2,0)"])
+def test_a_can_falls_flat(law, rot):
+    """On a smooth floor it comes to rest on its flat end, and what it lost is what it fell."""
+    deck = FLOOR + f"BODY b m=2 shape=cylinder(0.1,0.05) y=0.2 rot={rot}\nCONTACT c b floor {law}"
+    r = run(deck, 1.2, "y(b) force(c)")
+    assert r["y(b)"][-1] == pytest.approx(0.025, abs=1e-6) and never_rises(r)
+    assert r["force(c)"][-1] == pytest.approx(2 * G, rel=1e-5)
+
+
 def scene(seed: int) -> list[str]:
     rng = random.Random(seed)
     cards = []
@@ -204,6 +214,28 @@ def test_a_hull_weighs_what_its_solid_weighs():
         [(h * h + d * d) / 12, (w * w + d * d) / 12, (w * w + h * h) / 12]
     )
     assert max(map(abs, (*found.centre, *found.inertia[3:]))) < 1e-15
+
+
+def test_the_hull_of_a_file_is_touched(tmp_path):
+    """A brick of triangles in millimetres, beside its deck."""
+    found = Hull([[1000 * c for c in p] for p in CORNERS])
+    facets = [
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join("vertex {:.9g} {:.9g} {:.9g}\n".format(*found.corners[k]) for k in face)
+        + "endloop\nendfacet\n"
+        for face in found.faces
+    ]
+    (tmp_path / "brick.stl").write_text("solid brick\n" + "".join(facets) + "endsolid brick\n")
+    deck = tmp_path / "deck.cir"
+    deck.write_text(
+        f"t\n{FLOOR}BODY b m=2 shape=stl(brick.stl,1m) y=0.1\nCONTACT c b floor e=0 mu=0.3\n.tran 10m 0.5\n"
+        ".save y(b) force(c)\n.end\n"
+    )
+    r = emsim.run(deck)
+    assert r["y(b)"][-1] == pytest.approx(
+        0.05, abs=1e-6
+    )  # points are kept in steps of the file's extent over 65534
+    assert r["force(c)"][-1] == pytest.approx(2 * G, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from .beam import beam
 from .belt import belt
-from .body import body
 from .bones import bones
 from .box import box
 from .cam import cam
@@ -45,7 +44,7 @@ if TYPE_CHECKING:
 GLYPHS: dict[str, Glyph] = {
     "rod": (0, rod), "box": (0, box), "disc": (0, disc), "polygon": (0, polygon), "bones": (0, bones),
     "ball": (0, ball), "wheel": (0, spoked), "toothed": (0, toothed_body), "wagon": (0, wagon),
-    "mesh": (0, mesh), "solid": (0, body),
+    "mesh": (0, mesh),
     "joint": (1, joint), "spring": (1, elastic), "damper": (1, elastic), "gear": (0, gear), "belt": (1, belt), "cam": (0, cam),
     "stop": (1, stop), "contact": (1, contact), "ratio": (1, ratio), "knife": (1, knife), "rope": (1, rope), "beam": (0, beam),
     "friction": (1, friction),

@@ -1,28 +1,19 @@
 """Shapes of bodies in space, of cards/solids.py: {"at" its middle, "form", "sizes", "axes" its own, and of a hull "points" about
-the middle and "faces"}. As solids, and where there are none by their edges."""
+the middle and "faces"}."""
 
 from __future__ import annotations
 
 import math
 
-from .marks import THIN, moved
 from .meshes import ROUND, across, block, cylinder, plus, ring, sheet, times
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .contract import Pen, Scene, Shape
+    from .contract import Shape
 
 RINGS = 10  # between the ends of half a ball
-
-
-def body(m: Scene, pen: Pen, s: Shape) -> None:
-    mesh = body_mesh(s, 2 * s["reach"])
-    for edge in mesh[2]:
-        ends = [mesh[0][edge[0]], mesh[0][edge[1]]]
-        pen.line([m.place(moved(s["at"], p[0], p[1], p[2])) for p in ends], "edge", THIN)
-    pen.label(m.place(s["at"]), 8, -8, s["name"], "soft")
 
 
 def body_mesh(s: Shape, size: float) -> list[Any]:
