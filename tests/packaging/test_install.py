@@ -69,6 +69,10 @@ def test_runs_in_an_empty_environment(wheel, tmp_path):
     assert sh(bin / "python", "-c", code, cwd=tmp_path / "work").split() == ["10.0", "0.1.0"]
 
 
+# where a wheel has decks: those that `emsim new`, the lessons and the environments start from
+PLACES = ("emsim/templates/", "emsim/lessons/", "emsim/environments/")
+
+
 def test_wheel_holds_grammar_types_and_licences_and_no_sources(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     for needed in (
@@ -84,7 +88,7 @@ def test_wheel_holds_grammar_types_and_licences_and_no_sources(wheel):
         if name.endswith((".rs", "Cargo.toml")) or "tests/" in name or "emsim/docs/" in name
     ]
     decks = [name for name in names if name.endswith(".cir")]
-    assert decks and all(name.startswith(("emsim/templates/", "emsim/lessons/")) for name in decks)
+    assert decks and all(name.startswith(PLACES) for name in decks)
     lessons = {path.name for path in (NETLISTS / "lessons").iterdir() if path.suffix in (".cir", ".md")}
     assert {name.rpartition("/")[2] for name in names if name.startswith("emsim/lessons/")} == lessons
     assert "abi3" in wheel.name
