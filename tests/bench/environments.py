@@ -1,9 +1,8 @@
 """Steps a second of the environments: `python tests/bench/environments.py [seconds]`.
 
 emsim's cart-pole for 1, 16 and 256 at once, in one thread and in as many as there are processors, and gymnasium's
-InvertedPendulum-v5
-(MuJoCo, two steps of 20 ms of RK4, where mujoco is installed) stepped the same way. Actions are random; episodes that end
-begin anew.
+InvertedPendulum-v5 (MuJoCo, two steps of 20 ms of RK4, where `gymnasium[mujoco]` is installed) stepped the same way. Actions
+are random; episodes that end begin anew.
 """
 
 from __future__ import annotations
@@ -40,6 +39,7 @@ def main() -> None:
                 many = make(count, threads=threads)
                 print(f"{name:22} {count:7}  {many.threads:7}  {rate(many, seconds):14.0f}", flush=True)
     try:
+        import imageio  # noqa: F401
         import mujoco  # noqa: F401
     except ImportError:
         return
