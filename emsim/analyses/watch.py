@@ -1,6 +1,6 @@
 """What the steps of a transient told about its method, in the deck's words and with what to use instead.
 
-The engine follows excited modes from burst to burst of steps (engine/integrate/src/watch.rs) and hands over numbers; a
+The engine follows excited modes from burst to burst of steps (engine/integrate/src/monitor.rs) and hands over numbers; a
 warning is worth it from a hundredth on: of an amplitude, of a period, of a signal.
 """
 

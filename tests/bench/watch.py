@@ -2,7 +2,7 @@
 
     python tests/bench/watch.py [--decks tank,pendulum] [--methods gear,trap] [--wrong]
 
-One line a run. `told` is what the watch made of the run's steps (engine/integrate/src/watch.rs), `true` is the run beside a
+One line a run. `told` is what the watch made of the run's steps (engine/integrate/src/monitor.rs), `true` is the run beside a
 tight one (radau at reltol 1e-11): over the last five periods both are fitted by
 
     x = a + b tau + (c + c' tau) cos w t + (s + s' tau) sin w t

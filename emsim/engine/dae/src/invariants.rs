@@ -1,5 +1,5 @@
 //! What must hold at every recorded row, whichever method made it: the algebraic rows of equation (1), F_i(x, t) = 0. These are
-//! Kirchhoff's law at nodes without a capacitor of their own (of nodes that capacitors tie together: of their sum, islands.rs), the
+//! Kirchhoff's law at nodes without a capacitor of their own (of nodes that capacitors tie together: of their sum, floating_groups.rs), the
 //! laws of branches, the closures of loops with their rates, and what laws with modes say of their efforts. Beside them stands what
 //! follows from rows with a derivative alone, charge that nothing carries away (charges.rs).
 //!

@@ -111,7 +111,7 @@ impl Ledger {
     pub fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         self.heat = vec![Sum::default(); sys.devices()];
         self.inside = x.to_vec();
-        self.leap(t, x);
+        self.jump(t, x);
         self.first = self.energies(sys, w);
         self.charged = sys.device_energies(w, x);
         self.moved = vec![0.0; self.sums.len() + self.heat.len()];
@@ -121,9 +121,9 @@ impl Ledger {
     }
 
     /// Something jumped: time and state move on, no power flows.
-    pub fn leap(&mut self, t: f64, x: &[f64]) {
+    pub fn jump(&mut self, t: f64, x: &[f64]) {
         self.at = t;
-        self.timed.leap(t);
+        self.timed.jump(t);
         self.x.clear();
         self.x.extend_from_slice(x);
     }
@@ -167,7 +167,7 @@ impl Ledger {
             self.by_stages(sys, w, (t0, whole), &stages, inside);
         }
         self.timed.advance(sys, w, t1, x1);
-        self.leap(t1, x1);
+        self.jump(t1, x1);
         self.note(sys, w);
         self.steps += 1;
         // steps between looks at the energies
@@ -226,7 +226,7 @@ impl Ledger {
         if self.trace.is_some() {
             let mut x = self.look(sys, w, t, inside);
             self.timed.advance(sys, w, t, &x);
-            self.leap(t, &x);
+            self.jump(t, &x);
             std::mem::swap(&mut self.inside, &mut x);
             self.note(sys, w);
         }

@@ -13,9 +13,9 @@ pub mod conditions; // what flags ask for at their thresholds
 pub mod devices; // semiconductor kernels, one file each
 pub mod edges; // switching times that sources alone decide
 pub mod events; // state events on dense output
+pub mod floating_groups; // sums of the rows of nodes that only capacitors tie together
 pub mod hidden; // constraints between states, differentiated before a run
 pub mod invariants; // what must hold at every recorded row
-pub mod islands; // sums of the rows of nodes that only capacitors tie together
 pub mod ledger; // energy accounts: integrals of powers on the dense output
 pub mod logic; // digital nodes: an event queue beside the time axis
 pub mod model; // contributions, as the cards make them

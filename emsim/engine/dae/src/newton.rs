@@ -18,11 +18,11 @@ mod noise;
 
 use crate::interrupt;
 use crate::model::Kind;
+use crate::multiversion::{by_lanes, whole, Lanes};
 use crate::sparse::{Lu, Once, Program, Recurring, Singular};
 use crate::system::{Stage, System, Work};
 use crate::tape::{Value, Written};
 pub use crate::tolerances::{Options, Tolerances};
-use crate::twice::{by_lanes, whole, Lanes};
 pub use noise::Noise;
 
 #[derive(Clone, Debug)]
@@ -326,9 +326,10 @@ impl Newton {
             let asked = converged || iteration >= STALLS;
             let straight = asked && !w.limited && (self.held || !sys.leaves_lines(w, &self.step, x));
             let converged = converged && straight;
-            let doubtful = converged && sys.bends() && (leapt(&self.sources, &self.settled) || self.far(x, tol));
+            let doubtful =
+                converged && sys.is_exponential() && (leapt(&self.sources, &self.settled) || self.far(x, tol));
             if sys.linear || (converged && !doubtful) {
-                if sys.bends() {
+                if sys.is_exponential() {
                     self.settled.clone_from(&self.sources);
                 }
                 self.close(sys, w, a, stage, true);
@@ -383,7 +384,7 @@ impl Newton {
         if !sys.linear {
             let inputs = sys.stage_inputs(w, stage.numbers(), a);
             if self.lu.factor_and_solve_by_program(|| sys.stage_equations(), &inputs, &mut self.step[..self.n]) {
-                if sys.bends() {
+                if sys.is_exponential() {
                     sys.stage_sources(w, a, &mut self.sources);
                 }
                 w.counters.factorisations += 1;

@@ -16,7 +16,7 @@ use crate::sparse::{Once, Pattern, Rows, Singular, Stamp, Symbolic};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 use delays::{Delays, Past};
-pub use guests::{Guests, Polynomial, DEGREE};
+pub use exchanged::{ExchangedInputs, Polynomial, DEGREE};
 pub use phases::Phase;
 pub use split::{Part, Parts};
 pub use stage::Stage;
@@ -24,37 +24,37 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 pub use together::{Together, POINTS};
 
-mod apart;
-mod bends;
 mod compile;
 mod counters;
 pub mod delays;
 mod devices;
+mod exchanged;
 pub mod follow;
-pub mod foreseen;
-mod guests;
 mod laws;
 mod linear;
 mod lowered;
+mod nonlinear;
+mod paces;
 mod phases;
 mod reduce;
 mod slopes;
 mod split;
 mod stage;
 mod stops;
+pub mod time_only;
 mod together;
 
-use self::bends::Bends;
 pub use self::compile::summed;
 pub use self::counters::Counters;
 pub use self::devices::{Devices, Instance};
-use self::foreseen::Foreseen;
 pub use self::laws::{Laws, Reading};
 use self::linear::Linear;
 use self::lowered::Prepared;
+use self::nonlinear::Nonlinear;
+use self::time_only::TimeOnly;
 use crate::devices::{Met, Near};
 
-/// A node whose row is part of its island's root's, and the place of its column there.
+/// A node whose row is part of its group's root's, and the place of its column there.
 pub struct Summed {
     pub node: usize,
     pub root: usize,
@@ -79,19 +79,19 @@ pub struct System {
     expressions: Expressions,
     conditions: Conditions,
     stamps: Vec<Stamp>, // slopes of devices, then entries of G, then of C, that are not constant
-    pub foreseen: Foreseen,
+    pub time_only: TimeOnly,
     /// the highest frequency at which sources swing that can move a condition which is found by stepping
     pub swing: f64,
     pub edges: Edges,
     pub devices: Devices,
-    bends: Bends,
+    nonlinear: Nonlinear,
     pub has_q: Vec<bool>,        // row i has a d/dt term
     pub differential: Vec<bool>, // unknown i appears under d/dt (in derivatives that are only shown it does not count)
     pub linear: bool,            // C, G constant: one factorisation per step size, one solve per point
     pub pure_linear: bool,       // F = G x + waves, no expression at all
     pub passive: bool,           // nothing but passive devices in a passive network (see passive.rs)
-    pub sums: Vec<Summed>,       // nodes whose rows are part of another one's (see islands.rs)
-    pub floating: Vec<bool>,     // nodes of islands and loose parts: what they have in common is no state
+    pub sums: Vec<Summed>,       // nodes whose rows are part of another one's (see floating_groups.rs)
+    pub floating: Vec<bool>,     // nodes of groups and loose parts: what they have in common is no state
     pub phases: Vec<Phase>,      // of sines and cosines in expressions
     /// follows from the slope of a source's slope, which jumps where the source bends
     pub twice_bent: Option<usize>,
@@ -177,7 +177,7 @@ pub struct Work {
     wave_time: f64,
     before: f64, // from here on sources have the value before their jump: what lies at a step's end
     /// values that another system gives, in place of the last waves
-    pub guests: Guests,
+    pub exchanged: ExchangedInputs,
     /// ... and those that the past gives
     pub past: Past,
     /// unknowns and flags that a run begins with, in place of an operating point
@@ -331,7 +331,7 @@ impl System {
             scale: Scale::default(),
             wave_time: f64::NAN,
             before: f64::INFINITY,
-            guests: Guests::default(),
+            exchanged: ExchangedInputs::default(),
             past: self.delays.past(),
             begin: None,
             charges: None,
@@ -402,7 +402,7 @@ impl System {
         if w.dc {
             w.given.iter().for_each(|&(k, v)| w.waves[k] = w.source_factor * v);
         }
-        w.guests.write(t, &mut w.waves);
+        w.exchanged.write(t, &mut w.waves);
         w.past.write(t, t >= w.before, &mut w.waves);
         w.logic.write(&self.logic, t, &mut w.waves);
         w.clocked.write(&self.clocked, &mut w.waves);

@@ -248,7 +248,7 @@ impl Tangent {
     }
 
     /// Something jumped: the run goes on from (t, x).
-    pub fn leap(&mut self, sys: &System, w: &Work, t: f64, x: &[f64]) {
+    pub fn jump(&mut self, sys: &System, w: &Work, t: f64, x: &[f64]) {
         if self.refused.is_none() && self.flags != w.flags {
             self.cross(sys, w, t, x);
         }

@@ -18,8 +18,8 @@
 //! 1e-14 C: on a femtofarad that is 10 V. Here charge and flux count only where they are asked for:
 //! atol(V) = max(vntol, chgtol / C), atol(A) = max(abstol, flxtol / L).
 use crate::model::{Kind, Unknown};
+use crate::multiversion::{by_lanes, in_blocks, in_blocks_mut, side_by_side, whole, Lanes, One, LANES};
 use crate::system::System;
-use crate::twice::{by_lanes, in_blocks, in_blocks_mut, side_by_side, whole, Lanes, One, LANES};
 use serde::{Deserialize, Serialize};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
@@ -222,7 +222,7 @@ pub struct Tolerances {
     pub in_error: Vec<bool>,
     pub norm_mask: Vec<f64>, // the same as 1 or 0
     pub error_mask: Vec<f64>,
-    /// nodes of an island and its root (see islands.rs)
+    /// nodes of a group and its root (see floating_groups.rs)
     pub tied: Vec<(usize, usize)>,
     alone: Vec<f64>, // error_mask without these, of roots the share that their errors count for
 }
@@ -264,7 +264,7 @@ impl Tolerances {
         let tied: Vec<(usize, usize)> = sys.sums.iter().filter(|s| s.tied).map(|s| (s.node, s.root)).collect();
         let mut alone = error_mask.clone();
         for &(node, root) in &tied {
-            // what the nodes of an island have in common is no state: it leaps where a diode turns off, whatever the
+            // what the nodes of a group have in common is no state: it leaps where a diode turns off, whatever the
             // step, and what coils give it there is known one order less well than their currents. It is held to a
             // hundredth of its size, or to reltol where that is more. (Not held at all, the switch of a Cuk converter
             // had -35 V for -16 V; to reltol, a grounded secondary at 1e-7 took 124 501 steps for 787.)
@@ -367,7 +367,7 @@ impl Tolerances {
         worst.max(self.largest_tied(|i| e[i], x1, x0))
     }
 
-    /// ... of what nodes of islands are apart; infinite where that is no number.
+    /// ... of what nodes of groups are apart; infinite where that is no number.
     pub fn largest_tied(&self, e: impl Fn(usize) -> f64, x1: &[f64], x0: &[f64]) -> f64 {
         let of =
             |&(node, root): &(usize, usize)| (e(node) - e(root)).abs() / self.error_weight(node, x1[node], x0[node]);
@@ -517,7 +517,7 @@ fn advance<L: Lanes>(reltol: f64, rows: [&[f64]; 4], x: &mut [f64]) -> (bool, bo
 #[cfg(test)]
 mod tests {
     use super::{advance, largest, remember, Norm, KEPT, PEAK_SHARE};
-    use crate::twice::{each, whole, Lanes, One, Plain, LANES};
+    use crate::multiversion::{each, whole, Lanes, One, Plain, LANES};
 
     #[test]
     fn what_lies_long_behind_is_forgotten() {

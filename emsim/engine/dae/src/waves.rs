@@ -170,7 +170,7 @@ impl Wave {
     }
 
     /// A place for a value that another system gives.
-    pub fn guest() -> Wave {
+    pub fn exchanged() -> Wave {
         Wave { shape: Shape::Guest, dc: None }
     }
 

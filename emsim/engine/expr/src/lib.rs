@@ -6,6 +6,6 @@ pub mod derive; // reverse and forward differentiation, substitution
 pub mod graph; // hash-consed expression nodes with folding
 pub mod interrupt; // Ctrl-C: the token that all that takes long looks at
 pub mod lanes; // four numbers in one register
+pub mod multiversion; // loops for registers of two numbers and of four
 pub mod stopwatch; // seconds on the wall
 pub mod tape; // native evaluation of a set of expressions
-pub mod twice; // loops for registers of two numbers and of four

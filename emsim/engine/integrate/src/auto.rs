@@ -69,7 +69,7 @@ pub fn reduces(sys: &System, o: &Options) -> bool {
 fn never_explicit(sys: &System) -> Option<&'static str> {
     match () {
         () if sys.devices() > 0 => Some("devices"),
-        () if sys.bends() && !mechanical(sys) => Some("exponentials"),
+        () if sys.is_exponential() && !mechanical(sys) => Some("exponentials"),
         () if sys.pure_linear => Some("linear equations"),
         () => None,
     }
@@ -89,7 +89,7 @@ fn explicit(sys: &System) -> Result<&'static str, String> {
 /// Rule 2.
 fn implicit(sys: &System, o: &Options) -> &'static str {
     let thrown_back = !sys.flags.is_empty() || mechanical(sys) || sys.has_coils();
-    let turns = sys.devices() > 0 || (sys.bends() && !thrown_back);
+    let turns = sys.devices() > 0 || (sys.is_exponential() && !thrown_back);
     match (turns, thrown_back) {
         _ if o.reltol < TIGHT => SMOOTH,
         (false, _) => SMOOTH,

@@ -2,24 +2,24 @@
 //! state events are located on the method's dense output, stepped onto. Where something jumps, one implicit step of
 //! a billionth of what lies ahead gives the values after it, and the method restarts there. The length that served
 //! after the last jump of the same kind is remembered. What was computed is kept whatever ends the run.
+mod blow_up;
 mod branch;
-mod escape;
 mod jumps;
 mod laws;
 mod memory;
 mod outside;
-mod passage;
+mod step_state;
 mod stretch;
 
+use self::blow_up::{gone, BlowUp};
 use self::branch::Branch;
-use self::escape::{gone, Escape};
 use self::memory::Memory;
 pub use self::memory::IMPOSED;
-use self::passage::{Passage, FAILURES};
+use self::step_state::{StepState, FAILURES};
 pub use self::stretch::Mark;
 
+use super::monitor::{Monitor, Report};
 use super::rows::{undetermined, Fitting, Forces, Grid, Lags, Poses, Row, Sink};
-use super::watch::{Report, Watch};
 use super::{make, Attempt, Character, Method, Used};
 use crate::events::{Candidate, Check, Detector, Located};
 use crate::ledger::Inside;
@@ -27,7 +27,7 @@ use crate::modes::{put_thresholds, Modes};
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::Record;
-use crate::system::foreseen::Ahead;
+use crate::system::time_only::Ahead;
 use crate::system::{Kind, System, Work};
 
 #[derive(Clone, Copy, Debug)]
@@ -111,7 +111,7 @@ pub(super) struct Run<'a, S: Sink> {
     check: Check,
     grid: Grid,
     memory: Memory,
-    escape: Escape,
+    blow_up: BlowUp,
     branch: Option<Branch>, // of closed loops
     ahead: Option<Ahead>,
     pub outcome: Outcome,
@@ -128,7 +128,7 @@ pub(super) struct Run<'a, S: Sink> {
     tmax: f64,
     dense: bool,
     scratch: Vec<f64>,
-    watch: Watch,
+    monitor: Monitor,
     forces: Option<Option<Forces>>, // multipliers of the rows, where they are asked for and the method's own lag behind
     fitting: Option<Fitting>,       // algebraic equations at rows between the ends of steps
     settles: bool,                  // it is so at present
@@ -205,7 +205,7 @@ fn conduct(
     run.w.hold_flag(o.stuck_flag);
     run.advance(method, tick);
     run.record.close(run.sys, run.w);
-    run.outcome.watch = run.watch.report(run.sys, run.w, (run.t, &run.x), method, &run.tol);
+    run.outcome.watch = run.monitor.report(run.sys, run.w, (run.t, &run.x), method, &run.tol);
     run.outcome.end.clone_from(&run.x);
     run.outcome.ended = run.t;
     run.outcome.used = method.used();
@@ -333,9 +333,9 @@ impl<'a, S: Sink> Run<'a, S> {
             check: Check::new(a.tstop, o.reltol),
             grid: Grid::new(sys, a, dense, shows_silent),
             memory: Memory::default(),
-            escape: Escape::default(),
+            blow_up: BlowUp::default(),
             branch: Branch::new(sys).filter(|_| o.fixed_step.is_none()),
-            ahead: sys.foreseen.ahead(&sys.waves, a.tstop),
+            ahead: sys.time_only.ahead(&sys.waves, a.tstop),
             outcome: Outcome::new(),
             before: x.clone(),
             first: true,
@@ -358,7 +358,7 @@ impl<'a, S: Sink> Run<'a, S> {
             slopes: None,
             kept: a.from,
             crept: (f64::NEG_INFINITY, 0.0),
-            watch: Watch::new(sys, o, a.tstop, tmax),
+            monitor: Monitor::new(sys, o, a.tstop, tmax),
         })
     }
 
@@ -435,7 +435,7 @@ impl<'a, S: Sink> Run<'a, S> {
     }
 
     fn restart(&mut self, method: &mut dyn Method) {
-        self.watch.cut(method, &self.tol);
+        self.monitor.cut(method, &self.tol);
         self.w.past.resume(self.t);
         method.restart(self.sys, self.w, self.t, &self.x);
         self.first = true;
@@ -464,7 +464,7 @@ impl<'a, S: Sink> Run<'a, S> {
         };
         // dense output would not do for a row between the ends of a step; nothing bounds a step where nothing moves by itself
         let still = !fixed && !sys.differential.contains(&true);
-        let mut s = Passage { h, first, normal: self.next.normal, coarse: still, ..Passage::default() };
+        let mut s = StepState { h, first, normal: self.next.normal, coarse: still, ..StepState::default() };
         while self.until - self.t > self.slack && self.outcome.status == Status::Ok {
             if !self.w.halts.is_empty() && self.halts() {
                 break;
@@ -505,7 +505,7 @@ impl<'a, S: Sink> Run<'a, S> {
                         s.h = next.max(smallest);
                         continue;
                     }
-                    if let Some(unknown) = self.escape.unknown() {
+                    if let Some(unknown) = self.blow_up.unknown() {
                         return self.runs_away(step, unknown, method);
                     }
                     // the smallest step there is: the solution jumps here, take it as it comes
@@ -572,7 +572,7 @@ impl<'a, S: Sink> Run<'a, S> {
             if let Some(unknown) = if fixed || step <= RUNAWAY * span { gone(&self.x) } else { None } {
                 return self.runs_away(step, unknown, method);
             }
-            self.escape.step(&self.x, &self.tol, &sys.differential, step / span);
+            self.blow_up.step(&self.x, &self.tol, &sys.differential, step / span);
             if !self.keep(method, tick) {
                 return;
             }
@@ -639,7 +639,7 @@ impl<'a, S: Sink> Run<'a, S> {
         let inside = Inside { dense: &dense, parts: if self.dense { 4 } else { 1 }, stages: &|| method.stages() };
         self.record.step(self.sys, self.w, self.t, &self.x, &inside);
         self.tol.observe(&self.x, self.t);
-        self.watch.step(self.t, &self.x, method, &self.tol);
+        self.monitor.step(self.t, &self.x, method, &self.tol);
         true
     }
 

@@ -14,7 +14,6 @@
 //!
 //! `character` says what the method is like, `Response` what its formulas do to an oscillation. Whoever asks for more than that asks an
 //! optional function, which answers for a method that has nothing to say. `auto` is one more method (auto.rs).
-mod apart;
 mod auto;
 mod control;
 mod dirk;
@@ -22,6 +21,8 @@ mod driver;
 mod explicit;
 mod gauss;
 mod gear;
+mod independent;
+mod monitor;
 mod multirate;
 mod oscillation;
 mod radau;
@@ -29,13 +30,12 @@ mod response;
 mod rows;
 mod session;
 mod trap;
-mod watch;
 
-pub use apart::{run as run_apart, Part};
 pub use driver::{Failed, Outcome, Status, Tick, Transient};
+pub use independent::{run as run_independent, Part};
+pub use monitor::Report;
 pub use multirate::pays;
 pub use session::{nominals, watched, Exchange, Place, Session, Stood};
-pub use watch::Report;
 
 use emsim_sparse as sparse;
 use {emsim_dae::*, emsim_expr::*};
@@ -132,7 +132,7 @@ pub enum Limit {
     Rank,
 }
 
-/// What the monitor (watch.rs) asks: what a step does to an oscillation.
+/// What the monitor (monitor.rs) asks: what a step does to an oscillation.
 pub trait Response {
     /// Which of the method's formulas took the last accepted step: an order, a number of stages.
     fn formula(&self) -> usize {

@@ -9,8 +9,8 @@
 //! (c s' - s c')/A^2), and what is left over: where that is much, it is not one oscillation. Unknowns of the same stretch that oscillate
 //! together are fitted by the same cosines and sines.
 
+use crate::multiversion::{by_lanes, each, multiversion, side_by_side, Lanes, LANES};
 use crate::tape::sin_cos;
-use crate::twice::{by_lanes, each, side_by_side, twice, Lanes, LANES};
 
 /// Half-periods between crossings may differ by so much.
 const REGULAR: f64 = 1.5;
@@ -157,7 +157,7 @@ by_lanes! {
     }
 }
 
-twice! {
+multiversion! {
     /// Second differences by these weights.
     fn curvatures(below: &[f64], above: &[f64], x: &[f64], out: &mut [f64]) {
         let n = out.len();

@@ -49,7 +49,7 @@ pub trait Sink {
     /// The run begins at (t, x).
     fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
     /// Something jumped: (t, x) is where the run goes on.
-    fn leap(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
+    fn jump(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
     /// Impulses flowed in a step of nearly no length that ends at t with the state x, efforts over it among it.
     fn jolt(&mut self, _sys: &System, _w: &mut Work, _step: (f64, f64), _x: &[f64]) {}
     /// An accepted step ends at (t, x).
@@ -97,15 +97,15 @@ impl Sink for Record {
         }
     }
 
-    fn leap(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+    fn jump(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         if let Some(samples) = &mut self.samples {
             samples.begin(t, x);
         }
         if let Some(ledger) = &mut self.ledger {
-            ledger.leap(t, x);
+            ledger.jump(t, x);
         }
         if let Some(tangent) = &mut self.tangent {
-            tangent.leap(sys, w, t, x);
+            tangent.jump(sys, w, t, x);
         }
     }
 

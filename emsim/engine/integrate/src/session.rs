@@ -35,7 +35,7 @@ impl Sink for Newest {
         self.record.shows_silent(sys)
     }
     fn open(&mut self, _: &System, _: &mut Work, _: f64, _: &[f64]) {}
-    fn leap(&mut self, _: &System, _: &mut Work, _: f64, _: &[f64]) {}
+    fn jump(&mut self, _: &System, _: &mut Work, _: f64, _: &[f64]) {}
     fn step(&mut self, _: &System, _: &mut Work, _: f64, _: &[f64], _: &Inside) {}
     fn close(&mut self, _: &System, _: &mut Work) {}
 }

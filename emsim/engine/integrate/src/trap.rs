@@ -291,9 +291,9 @@ impl Method for Trap {
             return f64::INFINITY;
         }
         let (xs, x1) = ([p.x[0].as_slice(), &p.x[1], &p.x[2]], &self.x1);
-        let mut foreseen = vec![0.0; x1.len()];
-        interpolate(&p.t[..3], &xs, self.t1, &mut foreseen);
-        let missed = |i: usize| (x1[i] - foreseen[i]).abs() / tol.weight(i, x1[i], xs[0][i]);
+        let mut predicted = vec![0.0; x1.len()];
+        interpolate(&p.t[..3], &xs, self.t1, &mut predicted);
+        let missed = |i: usize| (x1[i] - predicted[i]).abs() / tol.weight(i, x1[i], xs[0][i]);
         let worst = sys.interpolated().map(missed).fold(0.0, f64::max);
         INSIDE * worst
     }

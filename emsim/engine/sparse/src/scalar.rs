@@ -1,7 +1,7 @@
 //! What the factorisation needs of a number, for real and complex matrices.
 
+use emsim_expr::multiversion::multiversion;
 use emsim_expr::tape::{Value, Written};
-use emsim_expr::twice::twice;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 pub trait Scalar:
@@ -126,13 +126,13 @@ fn count_outside<T: Scalar>(values: &[T], limits: &[f64], least: &[f64]) -> u64 
     each.map(|(size, (limit, least))| u64::from(!(size <= *limit && size > *least))).sum()
 }
 
-twice! {
+multiversion! {
     fn reals_outside(values: &[f64], limits: &[f64], least: &[f64]) -> u64 {
         count_outside(values, limits, least)
     }
 }
 
-twice! {
+multiversion! {
     fn pairs_outside(values: &[Complex], limits: &[f64], least: &[f64]) -> u64 {
         count_outside(values, limits, least)
     }

@@ -24,7 +24,7 @@ impl Packed {
         let mut stated = self.stated(&open, g)?;
         for model in [&mut stated, &mut open] {
             model.fold_linear(g);
-            model.sum_islands(g);
+            model.sum_floating_groups(g);
         }
         let Some((made, relations)) = lowered(&stated, g) else { return Ok(Vec::new()) };
         let kept: BTreeSet<usize> =

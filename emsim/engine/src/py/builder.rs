@@ -393,7 +393,7 @@ impl Builder {
             return Err(PyValueError::new_err("a delay is positive"));
         }
         let m = self.model()?;
-        m.waves.push(Wave::guest());
+        m.waves.push(Wave::exchanged());
         m.delays.push(Delay { of, by, wave: m.waves.len() - 1, row, initial });
         Ok(m.waves.len() - 1)
     }
@@ -415,7 +415,7 @@ impl Builder {
     /// A digital node; gives its number and the wave that shows its level.
     fn digital_node(&mut self, name: String) -> PyResult<(usize, usize)> {
         let m = self.model()?;
-        m.waves.push(Wave::guest());
+        m.waves.push(Wave::exchanged());
         let wave = m.waves.len() - 1;
         Ok((m.logic.node(name, wave), wave))
     }
@@ -435,7 +435,7 @@ impl Builder {
     /// A wave that follows a digital node in straight lines: values at 0, 1 and undefined, times of a rise and a fall.
     fn digital_ramp(&mut self, node: (usize, bool), values: (f64, f64, f64), times: (f64, f64)) -> PyResult<usize> {
         let m = self.model()?;
-        m.waves.push(Wave::guest());
+        m.waves.push(Wave::exchanged());
         let ((node, inverted), (low, high, undefined), (rise, fall)) = (node, values, times);
         let wave = m.waves.len() - 1;
         m.logic.ramps.push(logic::Ramp { node, inverted, wave, low, high, undefined, rise, fall });
@@ -464,7 +464,7 @@ impl Builder {
     fn clocked_signal(&mut self, name: String, clock: usize, initial: f64) -> PyResult<(usize, usize, usize)> {
         let m = self.model()?;
         let late = m.clocked.clocks.get(clock).is_some_and(|c| c.delay > 0.0);
-        m.waves.resize_with(m.waves.len() + 1 + usize::from(late), Wave::guest);
+        m.waves.resize_with(m.waves.len() + 1 + usize::from(late), Wave::exchanged);
         let last = m.waves.len() - 1;
         let waves = [last - usize::from(late), last];
         m.clocked.signals.push(Signal { name, clock, initial, waves });
@@ -519,7 +519,7 @@ impl Builder {
     /// A timer between two signals; gives the waves of its level and of the complement.
     fn clocked_timer(&mut self, clock: usize, on: usize, off: usize, dead: f64) -> PyResult<(usize, usize)> {
         let m = self.model()?;
-        m.waves.resize_with(m.waves.len() + 2, Wave::guest);
+        m.waves.resize_with(m.waves.len() + 2, Wave::exchanged);
         let waves = [m.waves.len() - 2, m.waves.len() - 1];
         m.clocked.timers.push(Timer { clock, on, off, dead, waves });
         Ok((waves[0], waves[1]))

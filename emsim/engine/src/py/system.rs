@@ -718,7 +718,7 @@ fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyRe
     Ok(d.unbind())
 }
 
-/// What the watch over the steps has to say (integrate/watch.rs), with unknowns by name.
+/// What the watch over the steps has to say (integrate/monitor.rs), with unknowns by name.
 fn watch_dict(py: Python<'_>, sys: &crate::system::System, r: &integrate::Report) -> PyResult<Py<PyDict>> {
     let d = PyDict::new(py);
     let name = |k: usize| sys.unknowns[k].name.clone();

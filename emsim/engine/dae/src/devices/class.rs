@@ -7,15 +7,15 @@ use super::{Card, Climate, Constants, Device, Flow, Given, Inner, Noise, Spec};
 use crate::graph::{Graph, Id};
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::{Places, V};
+use crate::multiversion::in_blocks_mut;
 #[cfg(target_arch = "x86_64")]
 use crate::tape::vectors;
-use crate::twice::in_blocks_mut;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::marker::PhantomData;
 
 /// So many instances are evaluated together.
-pub use crate::twice::LANES;
+pub use crate::multiversion::LANES;
 
 /// One instance in the equations.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ pub struct Seat {
     /// unknown of each node, terminals first, or -1 for ground
     pub nodes: Vec<i32>,
     /// of each branch the rows that hold its current, with the signs + - + -, or -1: those of its two nodes, and sums that these
-    /// are part of (see islands.rs)
+    /// are part of (see floating_groups.rs)
     pub rows: Vec<[i32; 4]>,
     pub series: Vec<Series>,
 }

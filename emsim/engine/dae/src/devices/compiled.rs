@@ -7,10 +7,10 @@ use super::limits::Limiter;
 use super::shape::{Anonymous, Constants, Key, Program, Wanted};
 use super::Noise;
 use crate::graph::{Graph, Id};
+use crate::multiversion::in_blocks_mut;
 #[cfg(target_arch = "x86_64")]
 use crate::tape::vectors;
 use crate::tape::{batch::WIDEST, Inputs};
-use crate::twice::in_blocks_mut;
 use crate::veriloga::Folded;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, Weak};

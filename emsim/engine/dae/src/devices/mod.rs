@@ -9,7 +9,7 @@
 //!   limit, start        where Newton's method may be deceived: voltages to use in place of those it asks for, and its first ones
 //!
 //! and, where the defaults do not hold, the rest of `Device`. Matrix places, derivatives, four instances at a time, sums of floating
-//! islands, explicit methods, energy accounts, the choice of a method and error messages need nothing more: they ask `Class`
+//! floating groups, explicit methods, energy accounts, the choice of a method and error messages need nothing more: they ask `Class`
 //! (class.rs), which `Instances` implements for every `Device`, and `Compiled` (compiled.rs) for every module of Verilog-A.
 /// Numbers 0, 1, ... for the constants of a card.
 macro_rules! constants {

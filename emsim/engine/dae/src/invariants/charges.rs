@@ -6,7 +6,7 @@
 //! whatever the waveforms are. Floating gates, capacitive dividers, pumps between two strokes. The integral is one of straight lines
 //! between the recorded rows, and what these may miss is allowed besides.
 use super::{Broken, MOST, ROUNDED};
-use crate::islands::Islands;
+use crate::floating_groups::Groups;
 use crate::system::{Kind, System, Work};
 use crate::tolerances::Tolerances;
 use std::collections::BTreeMap;
@@ -38,7 +38,7 @@ impl Charges {
         let summed = sys.sums.iter().flat_map(|s| [s.node, s.root]);
         waves.chain(expressions).chain(summed).for_each(|row| open[row] = true);
         // nodes that a current may flow between belong together
-        let (mut groups, mut carried_by) = (Islands::new(sys.n), BTreeMap::new());
+        let (mut groups, mut carried_by) = (Groups::new(sys.n), BTreeMap::new());
         let terms: Vec<(usize, usize, f64)> = sys.constant_terms().filter(|&(row, ..)| node(row)).collect();
         for &(row, col, v) in &terms {
             match node(col) {

@@ -57,7 +57,7 @@ impl Timed {
     }
 
     /// The run goes on from t.
-    pub fn leap(&mut self, t: f64) {
+    pub fn jump(&mut self, t: f64) {
         self.until = t;
     }
 

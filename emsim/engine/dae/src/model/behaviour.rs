@@ -194,7 +194,7 @@ impl Model {
     /// The unknown `row` is what e was so long ago; e itself until a run begins.
     fn put_late(&mut self, g: &mut Graph, row: usize, e: Id, by: f64) {
         let still = self.standstill();
-        self.waves.push(Wave::guest());
+        self.waves.push(Wave::exchanged());
         let wave = self.waves.len() - 1;
         self.delays.push(Delay { of: e, by, wave, row, initial: 0.0 });
         let (x, still, past) = (g.unknown(row as u32), g.wave(still as u32), g.wave(wave as u32));
@@ -209,7 +209,7 @@ impl Model {
     /// The wave that is 1 until a run begins.
     pub fn standstill(&mut self) -> usize {
         *self.still.get_or_insert_with(|| {
-            self.waves.push(Wave::guest());
+            self.waves.push(Wave::exchanged());
             self.waves.len() - 1
         })
     }

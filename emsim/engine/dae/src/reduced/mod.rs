@@ -90,7 +90,7 @@ pub struct Reduced {
     tape: Tape,
     /// the row of the system behind each state
     pub states: Vec<usize>,
-    /// rows in whose place the sum of the rows of an island stands, whose charges cancel
+    /// rows in whose place the sum of the rows of a floating group stands, whose charges cancel
     pub sums: Vec<(usize, Vec<usize>)>,
     steps: Vec<Step>,
     stage_steps: usize,

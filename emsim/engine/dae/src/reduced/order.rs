@@ -1,4 +1,4 @@
-//! Matching, strong components and islands: the graph theory that `plan` needs.
+//! Matching, strong components and floating groups: the graph theory that `plan` needs.
 use std::collections::{HashMap, VecDeque};
 
 /// A path of exchanges that gives equation `start` an unknown. `by`: equation of an unknown, `of`: unknown of an equation.

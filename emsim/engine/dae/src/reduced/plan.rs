@@ -13,7 +13,7 @@
 //! A block of one with a constant coefficient is no block: its solution is substituted. Where the matching leaves an
 //! unknown over, the equations have a higher index: only the derivative of a state would give it.
 //!
-//! Capacitors that float between nodes leave one combination of their rows without charge: the sum over such an island is
+//! Capacitors that float between nodes leave one combination of their rows without charge: the sum over such a group is
 //! algebraic and takes the place of one of its rows.
 use super::order::{augment, strong_components};
 use super::whole::Whole;

@@ -2,8 +2,8 @@
 use super::plan::{Plan, Source};
 use crate::derive::substitute;
 use crate::devices::{Seat, Shape};
+use crate::floating_groups::Groups;
 use crate::graph::Id;
-use crate::islands::Islands;
 use crate::model::Kind;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -13,12 +13,12 @@ impl Plan<'_> {
         let (n, s) = (self.at.n, self.source);
         let [mut f, mut q] = self.without_devices();
         let branches = self.branches();
-        let mut island = self.tied_by_charges(&branches);
+        let mut group = self.tied_by_charges(&branches);
         let mut has_q = vec![false; n];
         s.c.iter().for_each(|&(r, _, v)| has_q[r] |= v != 0.0);
         s.q.iter().for_each(|&(r, _)| has_q[r] = true);
         branches.iter().filter(|b| b.stores).flat_map(Branch::nodes).for_each(|i| has_q[i] = true);
-        let dropped = self.dependent(&branches, &mut island, &has_q);
+        let dropped = self.dependent(&branches, &mut group, &has_q);
         let keeps = |i: usize| {
             let k = s.unknowns[i].kind;
             has_q[i] && !matches!(k, Kind::Mu | Kind::Lambda | Kind::Derivative) && !dropped.contains_key(&i)
@@ -76,33 +76,33 @@ impl Plan<'_> {
     }
 
     /// Rows and nodes that share charges.
-    fn tied_by_charges(&self, branches: &[Branch]) -> Islands {
+    fn tied_by_charges(&self, branches: &[Branch]) -> Groups {
         let s = self.source;
-        let mut island = Islands::new(self.at.n);
-        s.c.iter().filter(|e| counts(s, e)).for_each(|&(r, c, _)| island.join(r, c));
+        let mut group = Groups::new(self.at.n);
+        s.c.iter().filter(|e| counts(s, e)).for_each(|&(r, c, _)| group.join(r, c));
         for &(r, id) in &s.q {
             for leaf in self.leaves(&[id]).into_iter().filter(|&leaf| s.unknowns[leaf].kind == Kind::Node) {
-                island.join(r, leaf);
+                group.join(r, leaf);
             }
         }
         for b in branches.iter().filter(|b| b.stores) {
             let ends: Vec<usize> = b.nodes().collect();
-            ends.windows(2).for_each(|pair| island.join(pair[0], pair[1]));
+            ends.windows(2).for_each(|pair| group.join(pair[0], pair[1]));
         }
-        island
+        group
     }
 
-    /// Islands whose charges do not add up to nothing, by numbers, whatever the graph makes of them.
-    fn grounded(&mut self, branches: &[Branch], island: &mut Islands) -> HashSet<usize> {
+    /// Groups whose charges do not add up to nothing, by numbers, whatever the graph makes of them.
+    fn grounded(&mut self, branches: &[Branch], group: &mut Groups) -> HashSet<usize> {
         let (s, zero) = (self.source, self.g.constant(0.0));
         let mut linear: HashMap<(usize, usize), (f64, f64)> = HashMap::new();
         for &(r, c, v) in s.c.iter().filter(|e| s.unknowns[e.0].kind == Kind::Node) {
-            let sum = linear.entry((island.of(r), c)).or_default();
+            let sum = linear.entry((group.of(r), c)).or_default();
             *sum = (sum.0 + v, sum.1 + v.abs());
         }
         let mut nonlinear: HashMap<usize, Id> = HashMap::new();
         for &(r, id) in &s.q {
-            let i = island.of(r);
+            let i = group.of(r);
             let old = nonlinear.get(&i).copied().unwrap_or(zero);
             nonlinear.insert(i, self.g.add(old, id));
         }
@@ -110,16 +110,16 @@ impl Plan<'_> {
         let mut grounded: HashSet<usize> = uneven.collect();
         grounded.extend(nonlinear.into_iter().filter(|&(_, sum)| sum != zero).map(|(i, _)| i));
         let to_ground = branches.iter().filter(|b| b.stores && b.ends.iter().any(|&k| k < 0));
-        grounded.extend(to_ground.flat_map(Branch::nodes).map(|i| island.of(i)));
+        grounded.extend(to_ground.flat_map(Branch::nodes).map(|i| group.of(i)));
         grounded
     }
 
-    /// One row of every island that floats becomes the sum of all its rows: that one, and these.
-    fn dependent(&mut self, branches: &[Branch], island: &mut Islands, has_q: &[bool]) -> BTreeMap<usize, Vec<usize>> {
-        let grounded = self.grounded(branches, island);
+    /// One row of every group that floats becomes the sum of all its rows: that one, and these.
+    fn dependent(&mut self, branches: &[Branch], group: &mut Groups, has_q: &[bool]) -> BTreeMap<usize, Vec<usize>> {
+        let grounded = self.grounded(branches, group);
         let mut floating: HashMap<usize, Vec<usize>> = HashMap::new();
         for r in (0..self.at.n).filter(|&r| self.source.unknowns[r].kind == Kind::Node && has_q[r]) {
-            let i = island.of(r);
+            let i = group.of(r);
             if !grounded.contains(&i) {
                 floating.entry(i).or_default().push(r);
             }

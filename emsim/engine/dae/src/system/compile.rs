@@ -2,15 +2,15 @@
 //! linear part and the rest to tapes, what is a state, what bends.
 use super::devices::places;
 use super::follow::Follow;
-use super::foreseen::Foreseen;
 use super::lowered::Prepared;
+use super::time_only::TimeOnly;
 use super::{phases, Conditions, Constant, Expressions, Made, Start, Summed, System};
 use super::{Delays, Devices, Kind, Laws, Model};
 use crate::conditions::size;
 use crate::derive::gradient;
 use crate::edges::{affine, Edges};
+use crate::floating_groups::{sum_pairs, Roots};
 use crate::graph::{Graph, Id, Node};
-use crate::islands::{sum_pairs, Roots};
 use crate::passive::is_passive;
 use crate::sparse::{reciprocal, Pairs, Pattern, Rows, Stamp};
 use crate::tape::Tape;
@@ -32,9 +32,9 @@ impl System {
             && model.flags.is_empty()
             && is_passive(&model.unknowns, &g_sum, &c_sum);
         let mut pairs = reciprocal(|i| model.unknowns[i].kind == Kind::Node, [&g_sum, &c_sum]);
-        let (islands, floating) = model.sum_islands(g);
-        islands.iter().for_each(|layer| sum_pairs(&mut pairs, &g_sum, layer));
-        let prepared = Prepared { model, islands, floating, pairs, passive, twice_bent: None };
+        let (groups, floating) = model.sum_floating_groups(g);
+        groups.iter().for_each(|layer| sum_pairs(&mut pairs, &g_sum, layer));
+        let prepared = Prepared { model, groups, floating, pairs, passive, twice_bent: None };
         let lowered = prepared.lowered(g);
         let mut system = System::finish(prepared, g)?;
         system.made.lowered = lowered;
@@ -43,18 +43,18 @@ impl System {
 
     /// The model's rows are final.
     pub(super) fn finish(prepared: Prepared, g: &mut Graph) -> Result<System, String> {
-        let Prepared { model, islands, floating, pairs, passive, twice_bent } = prepared;
+        let Prepared { model, groups, floating, pairs, passive, twice_bent } = prepared;
         let n = model.unknowns.len();
         let [mut g_sum, c_sum] = [&model.g, &model.c].map(|entries| summed(entries));
         let derivatives = [&model.f, &model.q].map(|rows| derived(g, rows, n));
         let loose = loose_branches(&model, &derivatives);
-        let pattern = pattern(&model, &derivatives, &loose, &islands);
+        let pattern = pattern(&model, &derivatives, &loose, &groups);
 
         let follow = Follow::new(&model, g, &g_sum, &c_sum);
         let wanted = Edges::reads(&model, g).into_iter().chain(follow.fixed(&model));
         let follows = follow.expressions(&model, g, wanted);
         let (edges, [moved, hung]) = Edges::find(&model, g, [&g_sum, &c_sum], &follows, follow.fixed(&model));
-        let foreseen = Foreseen::find(g, &moved, &model.waves, |e| affine(g, e, &model.waves));
+        let time_only = TimeOnly::find(g, &moved, &model.waves, |e| affine(g, e, &model.waves));
         let swing = follow.swing(&model, g, &hung);
 
         let mut linear = [&g_sum, &c_sum].map(|sums| spread(sums, &pattern));
@@ -71,7 +71,7 @@ impl System {
             linear[0][at(&pattern, i, i)] = 1.0;
             g_sum.insert((i, i), 1.0);
         }
-        let sums = sums(&islands, &pattern);
+        let sums = sums(&groups, &pattern);
         let floating: HashSet<usize> = floating.into_iter().chain(sums.iter().flat_map(|s| [s.node, s.root])).collect();
         let constant_slopes = expressions.g_slots.is_empty() && expressions.c_slots.is_empty();
         let is_linear = devices.is_empty() && constant_slopes && model.flags.is_empty();
@@ -110,9 +110,9 @@ impl System {
             expressions,
             conditions,
             edges,
-            foreseen,
+            time_only,
             swing,
-            bends: Default::default(),
+            nonlinear: Default::default(),
             devices,
             has_q,
             differential,
@@ -161,13 +161,13 @@ fn loose_branches(model: &Model, derivatives: &[Derivatives; 2]) -> Vec<usize> {
 }
 
 /// One pattern for C and G.
-fn pattern(model: &Model, derivatives: &[Derivatives; 2], loose: &[usize], islands: &[Roots; 2]) -> Pattern {
+fn pattern(model: &Model, derivatives: &[Derivatives; 2], loose: &[usize], groups: &[Roots; 2]) -> Pattern {
     let constant = model.g.iter().chain(&model.c).map(|&(r, c, _)| (r, c));
     let mut entries: Vec<(usize, usize)> = constant.collect();
     entries.extend(derivatives.iter().flatten().map(|&(r, c, _)| (r, c)));
     entries.extend(model.classes.iter().flat_map(|class| places(&**class, true)));
     entries.extend(loose.iter().map(|&i| (i, i)));
-    entries.extend(islands.iter().flatten().map(|(&node, &root)| (root, node)));
+    entries.extend(groups.iter().flatten().map(|(&node, &root)| (root, node)));
     Pattern::from_entries(model.unknowns.len(), &entries)
 }
 
@@ -302,9 +302,9 @@ fn without_number(devices: &Devices, loose: &[usize], n: usize) -> Vec<usize> {
     loose.iter().copied().filter(|&i| f[i] == 0.0).collect()
 }
 
-fn sums(islands: &[Roots; 2], pattern: &Pattern) -> Vec<Summed> {
+fn sums(groups: &[Roots; 2], pattern: &Pattern) -> Vec<Summed> {
     let mut sums = Vec::new();
-    for (layer, tied) in islands.iter().zip([true, false]) {
+    for (layer, tied) in groups.iter().zip([true, false]) {
         let others = layer.iter().filter(|(node, root)| node != root);
         sums.extend(others.map(|(&node, &root)| Summed { node, root, place: at(pattern, root, node), tied }));
     }

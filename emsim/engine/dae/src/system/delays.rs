@@ -3,7 +3,7 @@
 //!
 //! A corner at t is one at t + by for as long as anything of it is left: a jump or a kink that is nothing beside the largest value
 //! so far makes none. Before a run begins the delayed is the expression itself: the row has a term for that, with a wave that is 1 until then.
-use super::guests::{Polynomial, DEGREE};
+use super::exchanged::{Polynomial, DEGREE};
 use super::{System, Work};
 use crate::graph::Graph;
 use crate::model::Delay;

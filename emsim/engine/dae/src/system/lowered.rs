@@ -1,18 +1,18 @@
 //! The equations with their hidden constraints put in (hidden.rs): what a run integrates. It starts by the equations as they are, for
 //! charges and fluxes that are given need not fit the constraints, and small signals are theirs.
 use super::{System, Work};
+use crate::floating_groups::Roots;
 use crate::graph::Graph;
 use crate::hidden::{lowered, twice_bent};
-use crate::islands::Roots;
 use crate::model::Model;
 use crate::sparse::Pairs;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
-/// What is compiled: a model with the sums of its islands made.
+/// What is compiled: a model with the sums of its groups made.
 pub(super) struct Prepared {
     pub model: Model,
-    pub islands: [Roots; 2],
+    pub groups: [Roots; 2],
     pub floating: Vec<usize>,
     pub pairs: Pairs,
     pub passive: bool,
@@ -27,9 +27,9 @@ impl Prepared {
             // rows that were replaced are other sums
             let replaced: BTreeSet<usize> = relations.iter().map(|r| r.row).collect();
             pairs.retain(|(row, _), _| !replaced.contains(row));
-            let (islands, floating) = (self.islands.clone(), self.floating.clone());
+            let (groups, floating) = (self.groups.clone(), self.floating.clone());
             let twice_bent = twice_bent(&model, g);
-            Box::new(Prepared { model, islands, floating, pairs, passive: false, twice_bent })
+            Box::new(Prepared { model, groups, floating, pairs, passive: false, twice_bent })
         });
         Mutex::new(made)
     }

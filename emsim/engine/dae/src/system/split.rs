@@ -1,28 +1,28 @@
-//! Two systems out of one: the circuit (fast) and the machine (slow), each with what it reads of the other as guests.
+//! Two systems out of one: the circuit (fast) and the machine (slow), each with what it reads of the other as exchanged waves.
 //!
 //! Unknowns and their rows are shared out by kind. A row's terms in unknowns of the other part become sources: constant
-//! entries become coefficients of a guest's wave, in expressions the unknown is replaced by it. The machine must stand to
+//! entries become coefficients of an exchanged wave, in expressions the unknown is replaced by it. The machine must stand to
 //! the circuit as a motor does: its momenta do not contain electrical unknowns, and its forces are affine in them (so
 //! their mean over a macro step is all that it feels), and no condition switches its equations.
 //!
 //! A speed v that the circuit reads moves with the circuit's own impulses, at once and by the machine's inertia alone: the
-//! guest is  v = g(t) + sum_j a_j I_j,  I_j the integral of what the machine reads, an unknown of the circuit,  a_j the
+//! exchanged wave is  v = g(t) + sum_j a_j I_j,  I_j the integral of what the machine reads, an unknown of the circuit,  a_j the
 //! speed by a unit impulse and g the rest, which is smooth.
-use super::apart::heard;
+use super::paces::heard;
 use super::{FlagSpec, Kind, Model, System, Unknown};
 use crate::derive::{depends, gradient, substitute};
 use crate::graph::{Graph, Id, Node};
 use crate::waves::Wave;
 use std::collections::BTreeMap;
 
-/// One part: its equations, and where its unknowns and guests are.
+/// One part: its equations, and where its unknowns and exchanged waves are.
 pub struct Part {
     pub system: System,
     /// index in the whole system of each unknown
     pub of: Vec<usize>,
-    /// unknowns of the other part that are guests here, by their index there
+    /// unknowns of the other part that are exchanged here, by their index there
     pub reads: Vec<usize>,
-    /// guests behind these: what an integral does to a speed, by the number of the guest and of the integral
+    /// waves behind these: what an integral does to a speed, by the number of the wave and of the integral
     pub moves: Vec<(usize, usize)>,
     /// the first integral's place
     pub integrals: usize,
@@ -169,7 +169,7 @@ impl<'a> Splitter<'a> {
         for (k, _) in foreign.iter().enumerate().filter(|(_, &i)| sys.unknowns[i].kind == Kind::Speed) {
             moves.extend((0..impulses.len()).map(|j| (k, j)));
         }
-        let guest = |c: usize| foreign.binary_search(&c).unwrap_or(0);
+        let exchanged = |c: usize| foreign.binary_search(&c).unwrap_or(0);
         let mut leaf: Vec<Id> = Vec::new();
         for k in 0..foreign.len() {
             let mut sum = g.wave((first + k) as u32);
@@ -182,14 +182,14 @@ impl<'a> Splitter<'a> {
         }
         let map: Vec<(Id, Id)> = (0..sys.n)
             .filter(|&i| mine(i) || foreign.binary_search(&i).is_ok())
-            .map(|i| (self.leaves[i], if mine(i) { g.unknown(self.place[i] as u32) } else { leaf[guest(i)] }))
+            .map(|i| (self.leaves[i], if mine(i) { g.unknown(self.place[i] as u32) } else { leaf[exchanged(i)] }))
             .collect();
         // corners of sources that this part does not read are none of its own
         let heard = heard(g, &expressions, sys.constant.f_wave.iter().filter(|e| mine(e.0)), first);
-        let own = sys.waves.iter().zip(&heard).map(|(v, &heard)| if heard { v.clone() } else { Wave::guest() });
+        let own = sys.waves.iter().zip(&heard).map(|(v, &heard)| if heard { v.clone() } else { Wave::exchanged() });
         let mut model = Model {
             unknowns: of.iter().map(|&i| sys.unknowns[i].clone()).collect(),
-            waves: own.chain((0..foreign.len() + moves.len()).map(|_| Wave::guest())).collect(),
+            waves: own.chain((0..foreign.len() + moves.len()).map(|_| Wave::exchanged())).collect(),
             ..Model::default()
         };
         for (from, to) in [(&self.f, &mut model.f), (&self.q, &mut model.q)] {
@@ -205,7 +205,7 @@ impl<'a> Splitter<'a> {
                     own.push((self.place[r], self.place[c], v));
                 } else {
                     let v = g.constant(v);
-                    let term = g.mul(v, leaf[guest(c)]);
+                    let term = g.mul(v, leaf[exchanged(c)]);
                     let old = terms.get(&self.place[r]).copied();
                     terms.insert(self.place[r], old.map_or(term, |old| g.add(old, term)));
                 }

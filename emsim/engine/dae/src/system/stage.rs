@@ -3,9 +3,9 @@
 use super::devices::{ends, signed, Current, Slope};
 use super::{System, Work};
 use crate::devices::{Met, Near};
+use crate::multiversion::whole;
 use crate::sparse::{Equations, Stamp};
 use crate::tape::{Inputs, Leaf, Signed, Value, Written};
-use crate::twice::whole;
 
 /// One stage as its programs read it: the iterate x, r, and the sources. x and r fill whole blocks of four, with anything behind them.
 #[derive(Default)]

@@ -238,7 +238,7 @@ fn rates_are_those_of_the_values() {
     let other_start = Wave::new("dc", &[1.0], Some(2.0)).unwrap();
     let jumps = [other_start, wave("pwlr", &[0.3, 0.2, 0.0, 1.0, 0.5, 2.0, 0.8, 1.5])];
     assert!(jumps.iter().chain([&waves[1], &waves[5], &waves[6]]).all(|w| w.slope().is_none()));
-    assert!(Wave::guest().slope().is_none() && Wave::input(0.0).slope().is_none());
+    assert!(Wave::exchanged().slope().is_none() && Wave::input(0.0).slope().is_none());
     let smooth = [wave("am", &[2.0, 1.0, 0.3, 2.0, 0.4, 0.0])];
     let slopes: Vec<Wave> = waves.iter().chain(&smooth).filter_map(Wave::slope).collect();
     assert_eq!(slopes.len(), 6);

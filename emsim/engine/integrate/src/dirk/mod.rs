@@ -36,10 +36,10 @@
 //! In stage values rather than slopes it serves every unknown, algebraic ones too.
 mod esdirk;
 mod formula;
-mod leap;
 mod sdirk;
 #[cfg(test)]
 mod tests;
+mod transient_skip;
 mod trbdf2;
 
 use super::control::{Controller, Tried};
@@ -140,7 +140,7 @@ pub struct Dirk {
     calm_weights: Vec<Vec<f64>>, // of those
     fast: Vec<f64>,              // per unit of step, charges that the estimate is made of
     brief: Option<f64>,          // what the attempted step must not leap over [s]
-    shift: Vec<f64>,             // of a step over a transient: what its charge does to the unknowns (leap.rs)
+    shift: Vec<f64>,             // of a step over a transient: what its charge does to the unknowns (transient_skip.rs)
     quick: Vec<bool>,            // those that follow it
     renewed: bool,               // x0 is not what f[0] was computed at
 }
@@ -258,7 +258,7 @@ impl Dirk {
         self.now.h = h;
         self.solved = false;
         let mut result = Ok(());
-        let (mut i, mut foreseen) = (1, known || sys.pure_linear);
+        let (mut i, mut predicted) = (1, known || sys.pure_linear);
         while i < guess.len() {
             let (g, k) = (&mut guess[i], &self.k[self.now.by].k);
             let row = &k.a[i - 1];
@@ -268,7 +268,7 @@ impl Dirk {
                 *r = -a * (q0 - h * *r);
             }
             let t = if i + 1 == k.c.len() { self.t1 } else { self.now.t + k.c[i] * h };
-            if !foreseen {
+            if !predicted {
                 self.predict(i, h, g);
             }
             std::mem::swap(&mut self.now.x[i], g);
@@ -293,10 +293,10 @@ impl Dirk {
                 // nothing jumps here
                 self.now.by = NEXT;
                 self.continue_to_first_stage(&mut guess[1]);
-                foreseen = true;
+                predicted = true;
                 continue;
             }
-            foreseen = known || sys.pure_linear;
+            predicted = known || sys.pure_linear;
             self.f[i].copy_from_slice(self.newton.f());
             i += 1;
         }
@@ -374,7 +374,7 @@ impl Dirk {
             worst = self.newton.above_noise(sys, w, scale / h, |i| self.e[i], points, tol, local);
         }
         self.shift.fill(0.0);
-        self.brief = if worst <= 1.0 { self.leap(sys, w, h, tol) } else { None };
+        self.brief = if worst <= 1.0 { self.skipped_transient(sys, w, h, tol) } else { None };
         if worst.is_finite() {
             worst.max(given).max(1e-10)
         } else {

@@ -189,6 +189,6 @@ impl<S: Sink> Run<'_, S> {
             self.record.corner(self.t);
             self.grid.last = self.t;
         }
-        self.record.leap(self.sys, self.w, self.t, &self.x);
+        self.record.jump(self.sys, self.w, self.t, &self.x);
     }
 }

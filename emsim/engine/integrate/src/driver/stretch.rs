@@ -69,7 +69,7 @@ impl<S: Sink> Run<'_, S> {
     pub fn lengthen(&mut self, tstop: f64) {
         self.a.tstop = tstop;
         self.grid.reach(tstop);
-        self.ahead = self.sys.foreseen.ahead(&self.sys.waves, tstop);
+        self.ahead = self.sys.time_only.ahead(&self.sys.waves, tstop);
     }
 
     pub fn mark(&self) -> Mark {

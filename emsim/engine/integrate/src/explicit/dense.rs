@@ -1,10 +1,10 @@
 //! Dense output: the polynomial through the step's slopes and some stages more, and what the other unknowns are at its states.
 use super::tableau::{combine, scaled, Tableau};
 use super::Explicit;
+use crate::multiversion::LANES;
 use crate::newton::Tolerances;
 use crate::reduced::{Point, Trouble};
 use crate::tape::Sequence;
-use crate::twice::LANES;
 use std::cell::RefCell;
 
 /// What dense output needs, made when it is first asked for.

@@ -1,9 +1,9 @@
 //! What tells one explicit Runge-Kutta method from another. Rows are lists of (stage, coefficient), zeros left out.
 
 use super::super::root;
+use crate::multiversion::LANES;
 use crate::reduced::Reduced;
 use crate::tape::{Move, Sequence, To};
-use crate::twice::LANES;
 
 pub type Row = &'static [(usize, f64)];
 

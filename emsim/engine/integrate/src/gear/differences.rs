@@ -11,8 +11,8 @@
 //! and one difference more: every order's error from the same numbers. States and charges are gone through together: a step does so
 //! three times, to foresee, to judge, and to remember. Vectors are of whole blocks.
 use super::{MOST, POINTS};
+use crate::multiversion::{by_lanes, each, in_blocks, in_blocks_mut, whole, Lanes, LANES};
 use crate::tolerances::Norm;
-use crate::twice::{by_lanes, each, in_blocks, in_blocks_mut, whole, Lanes, LANES};
 
 /// The predictor of the highest order reads so many.
 pub const ROWS: usize = MOST + 1;
@@ -108,12 +108,12 @@ impl Differences {
         self.states[i / LANES][row.min(ROWS - 1)][i % LANES]
     }
 
-    /// What was foreseen becomes what that lacks of x1; of this e the largest |e + factor phi_{row + 1}| over the weights of x1 and the
+    /// What was predicted becomes what that lacks of x1; of this e the largest |e + factor phi_{row + 1}| over the weights of x1 and the
     /// newest point, and their noise, for a first factor and row, for none, and for a second.
     #[inline(always)]
     pub fn judge<L: Lanes>(
         &self,
-        foreseen: &mut [f64],
+        predicted: &mut [f64],
         x1: &[f64],
         noise: &[f64],
         norm: Norm<'_>,
@@ -124,14 +124,14 @@ impl Differences {
         let (low, high) = (below.1.min(ROWS - 1), above.1.min(ROWS - 1));
         let (n, [share, peak, floor]) = (states.len(), norm.rows());
         let [x1, noise, share, peak, floor] = [x1, noise, share, peak, floor].map(|v| &in_blocks(v)[..n]);
-        let foreseen = &mut in_blocks_mut(foreseen)[..n];
+        let predicted = &mut in_blocks_mut(predicted)[..n];
         // each in its own register
         let (mut under, mut own, mut over) = (L::all(0.0), L::all(0.0), L::all(0.0));
         for k in 0..n {
             let block = &states[k];
             let [x1, noise, share, peak, floor] = [x1, noise, share, peak, floor].map(|v| L::at(&v[k], 0));
-            let e = x1 - L::at(&foreseen[k], 0);
-            e.put(&mut foreseen[k], 0);
+            let e = x1 - L::at(&predicted[k], 0);
+            e.put(&mut predicted[k], 0);
             let scale = norm.inverse([share, peak, floor], [x1, L::at(&block[0], 0)], noise);
             own = (e.abs() * scale).larger(own);
             under = ((e + L::all(below.0) * L::at(&block[low], 0)).abs() * scale).larger(under);

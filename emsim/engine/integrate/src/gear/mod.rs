@@ -27,10 +27,10 @@ use self::differences::{slope, towards, towards_by, Differences, ROWS};
 use super::rows::Lags;
 use super::{response, Attempt, Character, History, Method, Response};
 use crate::ledger::Stages;
+use crate::multiversion::{by_lanes, whole, Lanes};
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{Stage, System, Work};
-use crate::twice::{by_lanes, whole, Lanes};
 
 const MOST: usize = 6; // the highest order that is zero-stable (Cryer 1972; Hairer, Norsett and Wanner I, theorem III.3.4)
 const POINTS: usize = MOST + 2; // past points that are kept
@@ -229,7 +229,7 @@ impl Gear {
     }
 
     /// Points that the polynomial reads which `missed` is counted from.
-    fn foreseen(&self) -> usize {
+    fn predicted(&self) -> usize {
         (self.used + 1).min(self.len)
     }
 
@@ -240,7 +240,7 @@ impl Gear {
         self.used = k;
         self.betas = towards_by::<L>(h, &self.times, self.len);
         let (a, weights) = slope::<L>(h, &self.times, &self.betas, k, self.next(k));
-        let behind = self.foreseen();
+        let behind = self.predicted();
         let (guess, r) = self.stage.blocks_mut();
         self.behind.foresee::<L>(&self.betas[..behind], &weights, [&mut self.missed, guess, r]);
         if self.fixed {
@@ -301,7 +301,7 @@ impl Gear {
     }
 
     /// Largest lte over tolerance of the orders below, at and above that of the step; None where too few points stand behind.
-    /// `missed` held what was foreseen.
+    /// `missed` held what was predicted.
     #[inline(always)]
     fn errors<L: Lanes>(&mut self, h: f64, tol: &Tolerances) -> [Option<f64>; 3] {
         let (k, beta) = (self.used, &self.betas);
@@ -325,7 +325,7 @@ impl Gear {
         [below, of(k, worst[1]), if above > k { of(above, worst[2]) } else { None }]
     }
 
-    /// `missed` holds what was foreseen, and then what that lacks.
+    /// `missed` holds what was predicted, and then what that lacks.
     fn compare(&mut self) {
         for (missed, x1) in self.missed.iter_mut().zip(self.stage.x()) {
             *missed = x1 - *missed;
@@ -437,7 +437,7 @@ impl Method for Gear {
                 self.stage.x_mut().copy_from_slice(s.candidate());
                 sys.eval(w, self.stage.x(), t1);
                 self.newton.put_q(&w.q);
-                self.behind.sum(&self.betas[..self.foreseen()], &mut self.missed);
+                self.behind.sum(&self.betas[..self.predicted()], &mut self.missed);
                 self.compare();
                 return attempt;
             }
@@ -446,7 +446,7 @@ impl Method for Gear {
     }
 
     fn accept(&mut self, t1: f64) {
-        let behind = self.foreseen();
+        let behind = self.predicted();
         let x1 = self.stage.x_blocks();
         self.behind.push(&self.betas[..behind], [x1, self.newton.q_blocks()]);
         let step = std::mem::take(&mut self.t1);
@@ -501,7 +501,7 @@ impl Method for Gear {
     fn dense(&self, t: f64, out: &mut [f64]) {
         let t = t - self.now;
         let betas = towards(t, &self.times, self.len);
-        self.behind.sum(&betas[..self.foreseen()], out);
+        self.behind.sum(&betas[..self.predicted()], out);
         if self.t1 == 0.0 {
             return;
         }

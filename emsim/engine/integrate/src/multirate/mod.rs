@@ -41,7 +41,7 @@ use crate::ledger::{Inside, Stages};
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::Record;
-use crate::system::{Guests, Kind, Part, Parts, Polynomial, System, Work, DEGREE};
+use crate::system::{ExchangedInputs, Kind, Part, Parts, Polynomial, System, Work, DEGREE};
 
 const FAST: &str = "esdirk";
 const SLOW: &str = "radau";
@@ -55,7 +55,7 @@ const CONTRACTS: f64 = 0.3;
 const FEW: f64 = 16.0;
 const LEAP: f64 = 64.0;
 const NODES: usize = DEGREE + 1;
-/// Degrees of the polynomial by which the machine is foreseen.
+/// Degrees of the polynomial by which the machine is predicted.
 const FORESEEN: usize = 4;
 const GIVES_UP: u32 = 60;
 /// Speeds of a machine, and edges and corners in a run, from which on it pays.
@@ -119,7 +119,7 @@ struct Multirate<'a> {
     shown: f64,             // time of the last row
     fit: [[f64; NODES]; NODES],
     nodes: [f64; NODES],
-    degree: usize, // by which the machine is foreseen
+    degree: usize, // by which the machine is predicted
     seen: Seen,
 }
 
@@ -128,8 +128,8 @@ struct Multirate<'a> {
 struct Seen {
     centre: f64,
     half: f64,
-    z: Vec<Polynomial>, // z~, of each guest of the circuit
-    r: Vec<Polynomial>, // integral of P y, of each guest of the machine
+    z: Vec<Polynomial>, // z~, of each input of the circuit
+    r: Vec<Polynomial>, // integral of P y, of each input of the machine
 }
 
 /// The machine at its place.
@@ -156,7 +156,8 @@ impl<'a> Multirate<'a> {
         let (parts, a, o) = (self.parts, self.a, self.o);
         let (fast, slow) = (&parts.fast, &parts.slow);
         let first = self.sys.waves.len();
-        let guests = |n: usize| Guests { first, centre: 0.0, half: 1.0, values: vec![Polynomial::default(); n] };
+        let exchanged =
+            |n: usize| ExchangedInputs { first, centre: 0.0, half: 1.0, values: vec![Polynomial::default(); n] };
 
         // values that fit each other, multipliers too
         let feature = self.sys.shortest_feature().min(a.tstep);
@@ -191,8 +192,8 @@ impl<'a> Multirate<'a> {
             z,
         };
         s.tol.observe(&s.z, 0.0);
-        s.w.guests = guests(slow.reads.len());
-        for (p, &i) in s.w.guests.values.iter_mut().zip(&slow.reads) {
+        s.w.exchanged = exchanged(slow.reads.len());
+        for (p, &i) in s.w.exchanged.values.iter_mut().zip(&slow.reads) {
             p.0[0] = y[i];
         }
         s.method.restart(&slow.system, &mut s.w, 0.0, &s.z);
@@ -208,7 +209,7 @@ impl<'a> Multirate<'a> {
         self.seen = Seen { centre: 0.0, half: 1.0, z, r: vec![constant(0.0); slow.reads.len()] };
         response.at(&slow.system, &mut s.w, &s.z, 0.0);
         let mut known = self.smooth(&self.seen, &response);
-        fw.guests = known.clone();
+        fw.exchanged = known.clone();
         let mut fm = make(&fast.system, &fast_o, &fast_o.method)?;
         let mut window = Window::new(fast.system.n, &slow.reads, self.record.ledger.is_some());
         window.begin(0.0, feature);
@@ -218,7 +219,7 @@ impl<'a> Multirate<'a> {
 
         let mut outcome = Outcome::new();
         let longest = a.tmax.unwrap_or(((a.tstop - a.tstart) / 50.0).max(a.tstop / IMPOSED));
-        let ahead_of_time = slow.system.foreseen.ahead(&slow.system.waves, a.tstop);
+        let ahead_of_time = slow.system.time_only.ahead(&slow.system.waves, a.tstop);
         let mut pace = Pace { h: (1e-4 * a.tstop).min(longest), ..Pace::default() };
         let (mut t, mut failures) = (0.0_f64, 0u32);
         while t < a.tstop {
@@ -302,7 +303,7 @@ impl<'a> Multirate<'a> {
         mark: &driver::Mark,
         s: &mut Slow,
         response: &Response,
-        mut given: Guests,
+        mut given: ExchangedInputs,
         (t, end): (f64, f64),
         tick: &mut Tick,
     ) -> Macro {
@@ -317,7 +318,7 @@ impl<'a> Multirate<'a> {
                 circuit.rewind(mark, fm);
             }
             circuit.record.begin(t, end);
-            circuit.w.guests = given.clone();
+            circuit.w.exchanged = given.clone();
             fast.system.touch_sources(circuit.w);
             fm.corner();
             circuit.go_on(fm, end, tick);
@@ -325,7 +326,7 @@ impl<'a> Multirate<'a> {
                 return Macro::Ended;
             }
             // the machine, with the circuit's moments
-            circuit.record.moments(&mut s.w.guests);
+            circuit.record.moments(&mut s.w.exchanged);
             s.part.system.touch_sources(&mut s.w);
             s.method.corner();
             let machine = match s.method.attempt(&s.part.system, &mut s.w, h, &s.tol) {
@@ -392,7 +393,7 @@ impl<'a> Multirate<'a> {
     }
 
     /// g = z~ - A r, and behind it A.
-    fn smooth(&self, seen: &Seen, response: &Response) -> Guests {
+    fn smooth(&self, seen: &Seen, response: &Response) -> ExchangedInputs {
         let fast = &self.parts.fast;
         let mut values = seen.z.clone();
         for &(k, j) in &fast.moves {
@@ -404,12 +405,12 @@ impl<'a> Multirate<'a> {
             constant.0[0] = a;
             values.push(constant);
         }
-        Guests { first: self.sys.waves.len(), centre: seen.centre, half: seen.half, values }
+        ExchangedInputs { first: self.sys.waves.len(), centre: seen.centre, half: seen.half, values }
     }
 
     /// The last step's polynomials, continued over the next step.
-    fn extrapolate(&self, last: &Guests, t: f64, end: f64) -> Guests {
-        let mut given = Guests { centre: 0.5 * (t + end), half: 0.5 * (end - t), ..last.clone() };
+    fn extrapolate(&self, last: &ExchangedInputs, t: f64, end: f64) -> ExchangedInputs {
+        let mut given = ExchangedInputs { centre: 0.5 * (t + end), half: 0.5 * (end - t), ..last.clone() };
         let (centre, half) = (given.centre, given.half);
         for (new, p) in given.values.iter_mut().zip(&last.values).take(self.parts.fast.reads.len()) {
             let at = |k: usize| last.place(centre + self.nodes[k] * half);
@@ -418,8 +419,8 @@ impl<'a> Multirate<'a> {
         given
     }
 
-    /// Which degree would have foreseen this step best?
-    fn learn(&mut self, last: &Guests, s: &Slow, response: &Response) {
+    /// Which degree would have predicted this step best?
+    fn learn(&mut self, last: &ExchangedInputs, s: &Slow, response: &Response) {
         let end = last.place(self.seen.centre + self.seen.half);
         let new = self.smooth(&self.seen, response);
         let miss = |degree: usize| {
@@ -436,7 +437,7 @@ impl<'a> Multirate<'a> {
     }
 
     /// How far what the circuit was given is from what came of it, in units of what is allowed.
-    fn gap(&self, given: &Guests, new: &Guests, s: &Slow) -> f64 {
+    fn gap(&self, given: &ExchangedInputs, new: &ExchangedInputs, s: &Slow) -> f64 {
         let mut worst = 0.0_f64;
         for (k, &i) in self.parts.fast.reads.iter().enumerate() {
             for &node in &self.nodes {
@@ -489,7 +490,7 @@ impl<'a> Multirate<'a> {
                     self.record.row(self.sys, self.w, item.t, &self.x);
                 }
                 window::Kind::Open => self.record.open(self.sys, self.w, item.t, &self.x),
-                window::Kind::Leap => self.record.leap(self.sys, self.w, item.t, &self.x),
+                window::Kind::Jump => self.record.jump(self.sys, self.w, item.t, &self.x),
                 window::Kind::Step => {
                     let dense = |t: f64, out: &mut [f64]| {
                         let (y, integrals) = window.inside(item, t);

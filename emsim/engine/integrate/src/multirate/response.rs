@@ -1,4 +1,4 @@
-//! Change of the machine's speeds by a unit impulse of each guest:  C dz = -B, constraints kept. Only momenta move in no
+//! Change of the machine's speeds by a unit impulse of each input:  C dz = -B, constraints kept. Only momenta move in no
 //! time, so it is the answer to a step of next to no length,  (G + C/h) dz = -B/h. How that change changes in turn, by
 //! springs and dampers, and how the coordinates follow:  C dz' = -G dz,  from  (G + C/h) z1 = C/h dz,  dz' = (z1 - dz)/h.
 use crate::newton::Failure;
@@ -15,14 +15,14 @@ pub struct Response {
     after: Vec<f64>,
     /// speeds, and coordinates
     pub moving: Vec<usize>,
-    /// of each guest: what it moves, in the order of `moving`
+    /// of each input: what it moves, in the order of `moving`
     speeds: Vec<Vec<f64>>,
     /// how that goes on, and how coordinates follow
     rates: Vec<Vec<f64>>,
 }
 
 impl Response {
-    pub fn new(slow: &System, guests: usize) -> Result<Response, Failure> {
+    pub fn new(slow: &System, exchanged: usize) -> Result<Response, Failure> {
         let symbolic = slow.symbolic().map_err(Failure::from)?;
         let lu = Lu::new(symbolic);
         let moves = |&i: &usize| matches!(slow.unknowns[i].kind, Kind::Speed | Kind::Coordinate);
@@ -32,15 +32,15 @@ impl Response {
             matrix: vec![0.0; slow.pattern.rowidx.len()],
             column: vec![0.0; slow.n],
             after: vec![0.0; slow.n],
-            speeds: vec![vec![0.0; moving.len()]; guests],
-            rates: vec![vec![0.0; moving.len()]; guests],
+            speeds: vec![vec![0.0; moving.len()]; exchanged],
+            rates: vec![vec![0.0; moving.len()]; exchanged],
             moving,
         })
     }
 
     /// At (t, z), an end of a macro step.
     pub fn at(&mut self, slow: &System, w: &mut Work, z: &[f64], t: f64) {
-        let short = SHORT * w.guests.half;
+        let short = SHORT * w.exchanged.half;
         slow.eval_jacobian(w, z, t, false);
         w.counters.factorisations += 1;
         for (m, (g, c)) in self.matrix.iter_mut().zip(w.gv.iter().zip(&w.cv)) {
@@ -50,12 +50,12 @@ impl Response {
         slow.eval(w, z, t);
         let base = w.f.clone();
         for j in 0..self.speeds.len() {
-            // F is affine in the guest: a difference is its derivative
-            let kept = w.guests.values[j];
-            w.guests.values[j].0[0] += 1.0;
+            // F is affine in the input: a difference is its derivative
+            let kept = w.exchanged.values[j];
+            w.exchanged.values[j].0[0] += 1.0;
             slow.touch_sources(w);
             slow.eval(w, z, t);
-            w.guests.values[j] = kept;
+            w.exchanged.values[j] = kept;
             if !solved {
                 self.speeds[j].fill(0.0);
                 self.rates[j].fill(0.0);
@@ -89,12 +89,12 @@ impl Response {
         slow.touch_sources(w);
     }
 
-    /// What guest j does to speed i.
+    /// What input j does to speed i.
     pub fn between(&self, i: usize, j: usize) -> f64 {
         self.moving.iter().position(|&k| k == i).map_or(0.0, |k| self.speeds[j][k])
     }
 
-    /// Adds what an impulse of guest j does at once, and what its integral does, to the unknowns at `of`; by a share of
+    /// Adds what an impulse of input j does at once, and what its integral does, to the unknowns at `of`; by a share of
     /// the way from here to `end`.
     pub fn add(&self, end: &Response, share: f64, j: usize, ripple: [f64; 2], of: &[usize], x: &mut [f64]) {
         let [impulse, after] = ripple;

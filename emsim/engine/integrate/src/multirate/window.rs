@@ -6,7 +6,7 @@
 //! more of it is ripple cut off at the ends of the macro step rather than the course of the mean.
 use super::super::rows::Sink;
 use crate::ledger::{Inside, GAUSS};
-use crate::system::{Guests, Polynomial, System, Work, DEGREE};
+use crate::system::{ExchangedInputs, Polynomial, System, Work, DEGREE};
 
 const MOMENTS: usize = 3; // coefficients of a parabola
 const NODES: usize = 3; // of Gauss' rule of order 6, which integrates its square exactly
@@ -21,7 +21,7 @@ const UP_TO: [[f64; NODES]; NODES] = [
 pub enum Kind {
     Open,
     Row,
-    Leap,
+    Jump,
     Step,
 }
 
@@ -42,13 +42,13 @@ pub struct Window {
     moments: Vec<[f64; MOMENTS]>, // integral of y P_m ds
     projection: Vec<[f64; MOMENTS]>,
     pub items: Vec<Item>,
-    data: Vec<f64>, // y; of each guest the integral from the start, and the integral of that
+    data: Vec<f64>, // y; of each input the integral from the start, and the integral of that
     before: usize,  // items of before this macro step
     waiting: usize, // items from here on wait for their integrals
     versions: Vec<Vec<f64>>,
     follows: bool, // accounts are kept: steps and leaps are needed
     inner: [Vec<f64>; NODES],
-    twice: Vec<f64>, // integral of the integral of each guest, so far
+    twice: Vec<f64>, // integral of the integral of each input, so far
 }
 
 impl Window {
@@ -108,7 +108,7 @@ impl Window {
         &self.versions[item.flags]
     }
 
-    /// y, and the two integrals of each guest of the machine.
+    /// y, and the two integrals of each input of the machine.
     pub fn state(&self, item: &Item) -> (&[f64], &[f64]) {
         self.data[item.at..item.at + self.width()].split_at(self.n)
     }
@@ -127,8 +127,8 @@ impl Window {
         self.data[at..at + self.width()].split_at(self.n)
     }
 
-    fn integral(&self, guest: usize) -> f64 {
-        self.moments[guest][0] * self.half
+    fn integral(&self, input: usize) -> f64 {
+        self.moments[input][0] * self.half
     }
 
     fn push(&mut self, kind: Kind, w: &Work, t: f64, y: &[f64]) {
@@ -143,10 +143,10 @@ impl Window {
         self.items.push(Item { kind, t, at, flags, start: self.covered });
     }
 
-    /// Fills the machine's guests with P y.
-    pub fn moments(&mut self, guests: &mut Guests) {
-        (guests.centre, guests.half) = (self.centre, self.half);
-        for ((p, c), m) in guests.values.iter_mut().zip(&mut self.projection).zip(&self.moments) {
+    /// Fills the machine's exchanged with P y.
+    pub fn moments(&mut self, exchanged: &mut ExchangedInputs) {
+        (exchanged.centre, exchanged.half) = (self.centre, self.half);
+        for ((p, c), m) in exchanged.values.iter_mut().zip(&mut self.projection).zip(&self.moments) {
             for (k, (c, m)) in c.iter_mut().zip(m).enumerate() {
                 *c = (k as f64 + 0.5) * m;
             }
@@ -156,9 +156,9 @@ impl Window {
     }
 
     /// Integral of P y from the start of the step, and the integral of that: polynomials in s.
-    pub fn projected(&self, guest: usize) -> (Polynomial, Polynomial) {
+    pub fn projected(&self, input: usize) -> (Polynomial, Polynomial) {
         let mut p = Polynomial::default();
-        p.0[..MOMENTS].copy_from_slice(&powers(&self.projection[guest]));
+        p.0[..MOMENTS].copy_from_slice(&powers(&self.projection[input]));
         let once = integral(&p, self.half);
         (once, integral(&once, self.half))
     }
@@ -180,10 +180,10 @@ impl Sink for Window {
         self.waiting = self.items.len();
     }
 
-    fn leap(&mut self, _sys: &System, w: &mut Work, t: f64, y: &[f64]) {
+    fn jump(&mut self, _sys: &System, w: &mut Work, t: f64, y: &[f64]) {
         // the little time that it took belongs to the next step
         if self.follows {
-            self.push(Kind::Leap, w, t, y);
+            self.push(Kind::Jump, w, t, y);
         }
         self.waiting = self.items.len();
     }

@@ -2,8 +2,8 @@
 //! Each unknown's sums are of the same terms in the same order, whatever stands beside it.
 use super::dense::{Table, WIDTH};
 use super::tables::Scheme;
+use crate::multiversion::{blocks, by_lanes, Lanes, One, LANES};
 use crate::sparse::{Complex, Scalar};
-use crate::twice::{blocks, by_lanes, Lanes, One, LANES};
 
 /// The same with the number of stages known to the compiler.
 macro_rules! by_stages {

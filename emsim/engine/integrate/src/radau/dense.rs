@@ -6,7 +6,7 @@
 //! slopes at the nodes: the error of the interior falls from O(h^(s+1)) to O(h^(s+2)).
 use super::blend;
 use super::tables::{Scheme, MOST};
-use crate::twice::{by_lanes, whole, Lanes, One, LANES};
+use crate::multiversion::{by_lanes, whole, Lanes, One, LANES};
 use std::sync::OnceLock;
 
 /// What a scheme's polynomials are made from.

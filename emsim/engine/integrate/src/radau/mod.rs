@@ -41,7 +41,7 @@ const FULL_STEPS: u32 = 4;
 /// A first step that is refused again and again is too long by orders of magnitude: what its estimate says means nothing.
 /// (Robertson's equations, whose rows are 2e9 s apart and whose first step is 1 s: 4.5 million instructions at 1e-3, 3.3 with this.)
 const LOST: f64 = 0.01;
-/// A step of at most so many times the last one is foreseen well enough for the Jacobian of its middle.
+/// A step of at most so many times the last one is predicted well enough for the Jacobian of its middle.
 const FORESIGHT: f64 = 2.0;
 /// What rounding has done to one step is expected of the next, by so much less.
 const FORGET: f64 = 0.98;
@@ -69,7 +69,7 @@ pub struct Radau {
     complex_matrix: Vec<Complex>,
     factored: Option<(f64, usize)>, // step and number of stages
     jacobian_at: f64,
-    foresee: bool, // the Jacobian is, or may be, that of a foreseen state
+    foresee: bool, // the Jacobian is, or may be, that of a predicted state
     gv: Vec<f64>,
     cv: Vec<f64>,
     slopes: Vec<(f64, f64)>, // of the diodes in these

@@ -135,7 +135,7 @@ impl Instance {
     }
 }
 
-/// Rows whose sum stands in a row: itself, or those of an island.
+/// Rows whose sum stands in a row: itself, or those of a floating group.
 fn rows_of(sums: &[(usize, Vec<usize>)], row: usize) -> Vec<usize> {
     sums.iter().find(|s| s.0 == row).map_or_else(|| vec![row], |s| s.1.clone())
 }

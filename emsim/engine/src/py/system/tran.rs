@@ -86,7 +86,7 @@ pub(super) fn run(py: Python<'_>, this: &System, tstep: f64, tstop: f64, mut r: 
         let mut outcome = Outcome::interrupted();
         let _ = interrupt::guarded(|| match parts.as_slice() {
             [] => outcome = integrate::run(&sys, &mut w, a, &o, &mut record, &mut tick),
-            parts => outcome = integrate::run_apart(&sys, &mut w, parts, a, &o, &mut record, &mut tick),
+            parts => outcome = integrate::run_independent(&sys, &mut w, parts, a, &o, &mut record, &mut tick),
         });
         if outcome.status == Status::Ok && outcome.end.len() == sys.n {
             let ended = op::unstable(&sys, &mut w, &outcome.end, outcome.ended, &o, &Tolerances::new(&sys, &o));

@@ -5,7 +5,7 @@
 //!    taken apart, so that a small term beside a large one counts.
 //! 2. The run is cut into cells by interval arithmetic: the cell in which a term may change most is halved, until no cell holds more
 //!    than a quarter of what the term changes in all. Where it cannot move at all, a cell stays long.
-//! 3. No step goes farther than into the next cell that moves (`Foreseen::limit`). Then the method sees the change and its error, and
+//! 3. No step goes farther than into the next cell that moves (`TimeOnly::limit`). Then the method sees the change and its error, and
 //!    goes on by itself.
 use crate::bounds::{is_known, Program};
 use crate::graph::{Fun, Graph, Id, Node};
@@ -25,7 +25,7 @@ const SHORTEST: f64 = 1e-13;
 
 /// Terms, as programs for intervals.
 #[derive(Default)]
-pub struct Foreseen {
+pub struct TimeOnly {
     terms: Vec<Program>,
 }
 
@@ -42,9 +42,9 @@ struct Cell {
     pace: f64, // the term moves so much in a time like this
 }
 
-impl Foreseen {
+impl TimeOnly {
     /// `rows`: the expressions of the equations. `straight`: no term.
-    pub fn find(g: &Graph, rows: &[Id], waves: &[Wave], straight: impl Fn(Id) -> bool) -> Foreseen {
+    pub fn find(g: &Graph, rows: &[Id], waves: &[Wave], straight: impl Fn(Id) -> bool) -> TimeOnly {
         let mut known: BTreeMap<Id, bool> = BTreeMap::new();
         for id in g.reachable(rows) {
             let node = g.node(id);
@@ -74,7 +74,7 @@ impl Foreseen {
                 _ => stack.extend(node.operands()),
             }
         }
-        Foreseen { terms: terms.iter().map(|&id| Program::new(g, id)).collect() }
+        TimeOnly { terms: terms.iter().map(|&id| Program::new(g, id)).collect() }
     }
 
     pub fn ahead(&self, waves: &[Wave], tstop: f64) -> Option<Ahead> {

@@ -1,14 +1,14 @@
 //! Loops over numbers that are compiled twice: for any processor, and for one with registers of four numbers (AVX2), between
 //! which the running one decides. The operations and their order are the same, hence every bit.
 //!
-//! `twice!` leaves it to the compiler what goes side by side. `by_lanes!` says it, for loops of which the compiler makes shuffles:
+//! `multiversion!` leaves it to the compiler what goes side by side. `by_lanes!` says it, for loops of which the compiler makes shuffles:
 //! loops, not closures, since what is compiled for those registers does not go into a closure.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Defines a function so.
 #[macro_export]
-macro_rules! twice {
+macro_rules! multiversion {
     ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {
         $(#[$meta])*
         #[inline]
@@ -31,7 +31,7 @@ macro_rules! twice {
     };
 }
 
-pub use twice;
+pub use multiversion;
 
 /// Numbers that go through the registers together.
 pub const LANES: usize = 4;
@@ -92,7 +92,7 @@ macro_rules! by_lanes {
         #[inline]
         $vis fn $name($($arg: $type),*) $(-> $result)? {
             #[inline(always)]
-            fn by_lanes<$lanes: $crate::twice::Lanes>($($arg: $type),*) $(-> $result)? $body
+            fn by_lanes<$lanes: $crate::multiversion::Lanes>($($arg: $type),*) $(-> $result)? $body
             #[cfg(target_arch = "x86_64")]
             {
                 #[target_feature(enable = "avx2,fma")]
@@ -104,7 +104,7 @@ macro_rules! by_lanes {
                     return unsafe { wide($($arg),*) };
                 }
             }
-            by_lanes::<$crate::twice::Plain>($($arg),*)
+            by_lanes::<$crate::multiversion::Plain>($($arg),*)
         }
     };
 }

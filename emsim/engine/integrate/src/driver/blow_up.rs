@@ -5,8 +5,8 @@
 use super::super::rows::Sink;
 use super::super::Method;
 use super::{Failed, Run, Status};
+use crate::multiversion::{by_lanes, side_by_side, Lanes, One};
 use crate::newton::{Failure, Tolerances};
-use crate::twice::{by_lanes, side_by_side, Lanes, One};
 
 /// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
 const LARGEST: f64 = 1e100;
@@ -17,12 +17,12 @@ const SHORT: f64 = 1e-9;
 const MORE: f64 = 1.05;
 
 #[derive(Default)]
-pub struct Escape {
+pub struct BlowUp {
     climbs: u32,
     unknown: usize,
 }
 
-impl Escape {
+impl BlowUp {
     /// An accepted step ended at x; `part` of the run was its length, tol knows the largest values until then. What does not stand
     /// under d/dt may jump at a corner: the voltage of an inductor whose current a diode has turned off. What is small
     /// beside others of its kind is on its way from a start at rest (a rectifier's nodes, millivolts in 1e-20 s).

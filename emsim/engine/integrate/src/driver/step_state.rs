@@ -20,7 +20,7 @@ pub const FAILURES: u32 = 60;
 
 /// What the loop remembers from step to step.
 #[derive(Default)]
-pub struct Passage {
+pub struct StepState {
     pub h: f64, // of the next step
     pub first: f64,
     pub normal: f64, // of steps between corners
@@ -31,7 +31,7 @@ pub struct Passage {
     pub mark: f64, // time at the last look for progress
 }
 
-impl Passage {
+impl StepState {
     /// A step was good.
     pub fn passed(&mut self) {
         if self.failures > 0 || self.gave_up.is_some() {
@@ -50,7 +50,7 @@ impl<S: Sink> Run<'_, S> {
     /// Is the run to go on? Looked at every `TICK` steps.
     #[cold]
     #[inline(never)]
-    pub(super) fn looks_up(&mut self, s: &mut Passage, tick: &mut Tick) -> bool {
+    pub(super) fn looks_up(&mut self, s: &mut StepState, tick: &mut Tick) -> bool {
         // so many steps for so little: the run would never end
         if s.count % PATIENCE == 0 {
             if self.t - s.mark < LEAST * self.a.tstop && self.o.fixed_step.is_none() {
@@ -63,7 +63,7 @@ impl<S: Sink> Run<'_, S> {
             self.outcome.status = Status::Interrupted;
             return false;
         }
-        if let Some(why) = self.watch.cost(s.count, self.t, s.h, &self.tol) {
+        if let Some(why) = self.monitor.cost(s.count, self.t, s.h, &self.tol) {
             self.fail(s.h, why, vec![]);
             return false;
         }
@@ -75,7 +75,7 @@ impl<S: Sink> Run<'_, S> {
     #[inline(never)]
     pub(super) fn stuck(
         &mut self,
-        s: &mut Passage,
+        s: &mut StepState,
         method: &mut dyn Method,
         (step, smallest): (f64, f64),
         (next, why): (f64, Box<Failure>),
@@ -87,7 +87,7 @@ impl<S: Sink> Run<'_, S> {
             s.h = next;
             return true;
         }
-        let last = fixed || self.escape.unknown().is_some();
+        let last = fixed || self.blow_up.unknown().is_some();
         if let Some(over) = if last { None } else { self.creeps_over(step, method) } {
             self.restart(method);
             (s.h, s.failures) = (over, 0);
@@ -121,7 +121,7 @@ impl<S: Sink> Run<'_, S> {
     /// An event cannot be located. Is there another method?
     #[cold]
     #[inline(never)]
-    pub(super) fn lost(&mut self, s: &mut Passage, method: &mut dyn Method, smallest: f64) -> bool {
+    pub(super) fn lost(&mut self, s: &mut StepState, method: &mut dyn Method, smallest: f64) -> bool {
         if let Some(next) = method.fallback(self.w, &self.x) {
             (s.h, s.failures) = (next, 0);
             return true;
@@ -133,7 +133,7 @@ impl<S: Sink> Run<'_, S> {
     /// A step ended on a corner or a known edge.
     #[cold]
     #[inline(never)]
-    pub(super) fn landed(&mut self, s: &mut Passage, method: &mut dyn Method, smallest: f64) {
+    pub(super) fn landed(&mut self, s: &mut StepState, method: &mut dyn Method, smallest: f64) {
         self.w.counters.breakpoints += 1;
         self.record.corner(self.kept);
         let jumped = self.land(method);

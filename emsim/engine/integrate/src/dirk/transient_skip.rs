@@ -89,7 +89,7 @@ impl Dirk {
     }
 
     /// The time that must not be leapt over, if what is lost by it is more than the tolerance.
-    pub(super) fn leap(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Option<f64> {
+    pub(super) fn skipped_transient(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Option<f64> {
         if self.now.by != FIRST {
             return None;
         }

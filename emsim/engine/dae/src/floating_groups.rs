@@ -1,16 +1,16 @@
 //! Nodes that capacitors tie to each other and to nothing else: what the currents into all of them come to.
 //!
-//! The rows of such an island have  sum_i Q_i = 0:  its common voltage stores nothing, and follows from the sum of its rows, in
+//! The rows of such a group have  sum_i Q_i = 0:  its common voltage stores nothing, and follows from the sum of its rows, in
 //! which every charge cancels. A solver that meets only the rows themselves finds that sum as a difference of numbers of the size of
 //! C/h: at a nanosecond 100 uF are 1e5 S, which leaves 1e-11 S of rounding, and turned-off diodes of a bridge have 1e-12 S in common.
-//! So one row of each island, its root's, is replaced by the sum, made here, from contributions that cancel one by one; no row of C is
+//! So one row of each group, its root's, is replaced by the sum, made here, from contributions that cancel one by one; no row of C is
 //! left in it, and methods see an algebraic equation for what it is.
 //!
-//! An island whose voltage a source fixes is left as it is: there nothing hangs on the sum but the source's current. So is one that
+//! A group whose voltage a source fixes is left as it is: there nothing hangs on the sum but the source's current. So is one that
 //! resistances hold firmly: the sum has more entries than the row it replaces.
 //!
 //! The same befalls a whole part of a circuit that hangs on nothing but megohms, as the secondary of a transformer with all that it
-//! feeds: its nodes may be held firmly, but only by each other. Such a part gets a sum of its own, of the islands' sums in it
+//! feeds: its nodes may be held firmly, but only by each other. Such a part gets a sum of its own, of the groups' sums in it
 //! and the rows of its other nodes: a second layer.
 use crate::devices::Line;
 use crate::graph::{Graph, Id, Node};
@@ -19,13 +19,13 @@ use crate::sparse::Pairs;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Union-find over unknowns.
-pub struct Islands {
+pub struct Groups {
     parent: Vec<usize>,
 }
 
-impl Islands {
-    pub fn new(n: usize) -> Islands {
-        Islands { parent: (0..n).collect() }
+impl Groups {
+    pub fn new(n: usize) -> Groups {
+        Groups { parent: (0..n).collect() }
     }
 
     pub fn of(&mut self, mut i: usize) -> usize {
@@ -57,17 +57,17 @@ struct Branch {
 pub type Roots = BTreeMap<usize, usize>;
 
 impl Model {
-    /// Makes the roots' rows of floating islands and parts sums: what each layer sums. And the nodes of all islands, the ones that are left
+    /// Makes the roots' rows of floating groups and parts sums: what each layer sums. And the nodes of all groups, the ones that are left
     /// as they are among them.
-    pub fn sum_islands(&mut self, g: &mut Graph) -> ([Roots; 2], Vec<usize>) {
-        let (mut islands, floating) = self.floating(g);
-        let parts = self.loose_parts(g, &mut islands);
-        self.sum_rows(g, &islands);
-        // a node of an island is in its root's row by now
-        let rows = parts.iter().filter(|(node, _)| islands.get(node).is_none_or(|root| root == *node));
+    pub fn sum_floating_groups(&mut self, g: &mut Graph) -> ([Roots; 2], Vec<usize>) {
+        let (mut groups, floating) = self.floating(g);
+        let parts = self.loose_parts(g, &mut groups);
+        self.sum_rows(g, &groups);
+        // a node of a group is in its root's row by now
+        let rows = parts.iter().filter(|(node, _)| groups.get(node).is_none_or(|root| root == *node));
         let rows = rows.map(|(&node, &root)| (node, root)).collect();
         self.sum_rows(g, &rows);
-        ([islands, parts], floating)
+        ([groups, parts], floating)
     }
 
     /// The branches of all devices.
@@ -142,7 +142,7 @@ impl Model {
                     *place = -1;
                 }
             }
-            // inside of one island it cancels
+            // inside of one group it cancels
             for (root, count) in net.into_iter().filter(|&(_, count)| count != 0) {
                 let first = usize::from(count < 0);
                 if let Some(k) = [first, first + 2].into_iter().find(|&k| rows[k] < 0) {
@@ -153,44 +153,44 @@ impl Model {
         self.ic_charge.retain(|&(row, _)| root_of(row) != Some(row));
     }
 
-    /// The islands, each with a root, and the nodes of all.
+    /// The groups, each with a root, and the nodes of all.
     fn floating(&self, g: &Graph) -> (Roots, Vec<usize>) {
         let n = self.unknowns.len();
         let node = |i: usize| self.unknowns[i].kind == Kind::Node;
         let ground = n;
-        let mut island = Islands::new(n + 1);
+        let mut group = Groups::new(n + 1);
         let end = |k: i32| usize::try_from(k).unwrap_or(ground);
         let mut charged: BTreeSet<usize> = BTreeSet::new();
         for &(row, col, _) in self.c.iter().filter(|e| node(e.0)) {
-            island.join(row, if node(col) { col } else { ground });
+            group.join(row, if node(col) { col } else { ground });
             charged.insert(row);
         }
         for (&row, &e) in self.q.iter().filter(|(&row, _)| node(row)) {
             for leaf in g.unknowns(&[e]) {
-                island.join(row, if node(leaf) { leaf } else { ground });
+                group.join(row, if node(leaf) { leaf } else { ground });
             }
             charged.insert(row);
         }
         for branch in self.branches().filter(|b| b.stores) {
             let (p, n) = branch.ends;
-            island.join(end(p), end(n));
-            branch.charged_by.iter().for_each(|&k| island.join(end(p), end(k)));
+            group.join(end(p), end(n));
+            branch.charged_by.iter().for_each(|&k| group.join(end(p), end(k)));
             charged.extend([p, n].into_iter().filter_map(|k| usize::try_from(k).ok()));
         }
         // a charge that does not cancel in the sum leads to ground
-        for (of, _, _) in left(self.c.iter().filter(|e| node(e.0)), &mut island) {
-            island.join(of, ground);
+        for (of, _, _) in left(self.c.iter().filter(|e| node(e.0)), &mut group) {
+            group.join(of, ground);
         }
-        for of in with_terms_left(g, self.q.iter().filter(|(&row, _)| node(row)), &mut island) {
-            island.join(of, ground);
+        for of in with_terms_left(g, self.q.iter().filter(|(&row, _)| node(row)), &mut group) {
+            group.join(of, ground);
         }
         let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for &row in &charged {
-            members.entry(island.of(row)).or_default().push(row);
+            members.entry(group.of(row)).or_default().push(row);
         }
-        members.remove(&island.of(ground));
+        members.remove(&group.of(ground));
         let floating = members.values().flatten().copied().collect();
-        self.forget_pinned(&mut members, &mut island);
+        self.forget_pinned(&mut members, &mut group);
 
         let weight = self.weights();
         let mut roots = Roots::new();
@@ -210,7 +210,7 @@ impl Model {
     }
 
     /// The largest capacitance in each set of nodes, of devices without a voltage.
-    fn stored(&self, set: &mut Islands) -> BTreeMap<usize, f64> {
+    fn stored(&self, set: &mut Groups) -> BTreeMap<usize, f64> {
         let mut stored: BTreeMap<usize, f64> = BTreeMap::new();
         let devices = self.branches().filter(|b| b.stores);
         let devices = devices.filter_map(|b| Some((usize::try_from(b.ends.0.max(b.ends.1)).ok()?, b.capacitance)));
@@ -230,14 +230,14 @@ impl Model {
         weight
     }
 
-    /// The parts that hang on nothing but loose resistances, each with a root. No root is of an island: where islands are all of a
+    /// The parts that hang on nothing but loose resistances, each with a root. No root is of a group: where groups are all of a
     /// part, one of them gives way.
-    fn loose_parts(&self, g: &Graph, islands: &mut Roots) -> Roots {
+    fn loose_parts(&self, g: &Graph, groups: &mut Roots) -> Roots {
         let n = self.unknowns.len();
         let node = |i: usize| self.unknowns[i].kind == Kind::Node;
         let ground = n;
         let end = |k: i32| usize::try_from(k).unwrap_or(ground);
-        let mut part = Islands::new(n + 1);
+        let mut part = Groups::new(n + 1);
         // what flows from node to node: through a conductance, as a branch's current, as a term that both rows have
         let mut met: BTreeMap<usize, usize> = BTreeMap::new();
         let currents = self.g.iter().filter(|e| !node(e.1) || e.2.abs() >= LOOSE);
@@ -274,28 +274,28 @@ impl Model {
         let mut roots = Roots::new();
         for (of, nodes) in members {
             let held = leads.get(&of).copied().unwrap_or(0.0);
-            // time constant in which a resistance to something fixed holds an island firmly [s]: of the sum 1e-20/h is
+            // time constant in which a resistance to something fixed holds a group firmly [s]: of the sum 1e-20/h is
             // rounding then
             let firm = stored.get(&of).is_none_or(|c| *c <= 1e-4 * held);
-            let island_of = |i: usize| islands.get(&i).copied();
+            let group_of = |i: usize| groups.get(&i).copied();
             if firm
                 || nodes.len() < 2
-                || nodes.iter().all(|&i| island_of(i).is_some() && island_of(i) == island_of(nodes[0]))
+                || nodes.iter().all(|&i| group_of(i).is_some() && group_of(i) == group_of(nodes[0]))
             {
                 continue;
             }
-            let free = self.eligible(&nodes).filter(|&i| island_of(i).is_none()).max_by_key(|&i| weight[i]);
+            let free = self.eligible(&nodes).filter(|&i| group_of(i).is_none()).max_by_key(|&i| weight[i]);
             let Some(root) = free.or_else(|| self.eligible(&nodes).max_by_key(|&i| weight[i])) else { continue };
-            if let Some(way) = island_of(root) {
-                islands.retain(|_, r| *r != way);
+            if let Some(way) = group_of(root) {
+                groups.retain(|_, r| *r != way);
             }
             roots.extend(nodes.iter().map(|&i| (i, root)));
         }
         roots
     }
 
-    /// Leaves out the islands whose voltage sources fix or resistances hold.
-    fn forget_pinned(&self, members: &mut BTreeMap<usize, Vec<usize>>, island: &mut Islands) {
+    /// Leaves out the groups whose voltage sources fix or resistances hold.
+    fn forget_pinned(&self, members: &mut BTreeMap<usize, Vec<usize>>, group: &mut Groups) {
         let n = self.unknowns.len();
         let node = |i: usize| self.unknowns[i].kind == Kind::Node;
         let mut rows: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
@@ -304,12 +304,12 @@ impl Model {
         }
         let stores: BTreeSet<usize> = self.c.iter().map(|e| e.0).chain(self.q.keys().copied()).collect();
         rows.retain(|&row, entries| !stores.contains(&row) && entries.iter().all(|&(col, v)| col != row || v == 0.0));
-        let mut tied = Islands::new(n + 1);
-        (0..=n).for_each(|i| tied.join(i, island.of(i)));
+        let mut tied = Groups::new(n + 1);
+        (0..=n).for_each(|i| tied.join(i, group.of(i)));
         for entries in rows.values() {
             let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
             for &(col, v) in entries.iter().filter(|e| node(e.0)) {
-                *sums.entry(island.of(col)).or_default() += v;
+                *sums.entry(group.of(col)).or_default() += v;
             }
             sums.retain(|_, sum| *sum != 0.0);
             let ends: Vec<(usize, f64)> = sums.into_iter().collect();
@@ -319,15 +319,15 @@ impl Model {
             }
         }
         let fixed = tied.of(n);
-        let (stored, mut held) = (self.stored(island), BTreeMap::<usize, f64>::new());
+        let (stored, mut held) = (self.stored(group), BTreeMap::<usize, f64>::new());
         for &(row, col, v) in self.g.iter().filter(|e| node(e.0) && node(e.1)) {
-            // what a row's entries within its island and to nodes that follow come to leads to nodes that are fixed
-            if island.of(row) == island.of(col) || tied.of(col) != fixed {
-                *held.entry(island.of(row)).or_default() += v;
+            // what a row's entries within its group and to nodes that follow come to leads to nodes that are fixed
+            if group.of(row) == group.of(col) || tied.of(col) != fixed {
+                *held.entry(group.of(row)).or_default() += v;
             }
         }
         let firm = |of: usize| match (stored.get(&of), held.get(&of)) {
-            // the same of an island: its common voltage is no state, and in the femtoseconds in which a run begins or a
+            // the same of a group: its common voltage is no state, and in the femtoseconds in which a run begins or a
             // switch turns its rounding must not pass for a movement; of the sum 1e-24/h is
             (Some(c), Some(g)) => *c <= 1e-8 * g,
             _ => false,
@@ -356,7 +356,7 @@ pub fn sum_pairs(pairs: &mut Pairs, g: &BTreeMap<(usize, usize), f64>, roots: &R
 /// What entries of one column do not cancel to in each set of rows: set, column, sum of the magnitudes that are left.
 fn left<'a>(
     entries: impl Iterator<Item = &'a (usize, usize, f64)>,
-    set: &mut Islands,
+    set: &mut Groups,
 ) -> impl Iterator<Item = (usize, usize, f64)> {
     let mut sums: BTreeMap<(usize, usize), Vec<f64>> = BTreeMap::new();
     for &(row, col, v) in entries {
@@ -372,7 +372,7 @@ fn left<'a>(
 fn with_terms_left<'a>(
     g: &Graph,
     rows: impl Iterator<Item = (&'a usize, &'a Id)>,
-    set: &mut Islands,
+    set: &mut Groups,
 ) -> impl Iterator<Item = usize> {
     let mut terms: BTreeMap<usize, BTreeMap<Id, i32>> = BTreeMap::new();
     for (&row, &e) in rows {

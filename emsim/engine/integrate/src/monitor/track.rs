@@ -1,4 +1,4 @@
-//! A mode that is followed from burst to burst (watch.rs).
+//! A mode that is followed from burst to burst (monitor.rs).
 use super::OWN;
 
 /// A loss of so many times what is predicted is not the method's.

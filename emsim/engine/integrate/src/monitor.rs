@@ -95,7 +95,7 @@ pub struct Report {
     pub stiff: f64,                 // share of the steps that stability limited
 }
 
-pub struct Watch {
+pub struct Monitor {
     watched: Vec<usize>,
     unseen: u64, // steps so far that are not worth a look
     idle: u64,
@@ -126,14 +126,14 @@ pub struct Watch {
     pace: f64, // steps a second when `over` began
 }
 
-impl Watch {
-    pub fn new(sys: &System, o: &Options, span: f64, tmax: f64) -> Watch {
+impl Monitor {
+    pub fn new(sys: &System, o: &Options, span: f64, tmax: f64) -> Monitor {
         let fixed = sys.alone();
         let kinds = |i: &usize| !sys.unknowns[*i].kind.enters_linearly() && !fixed[*i];
         let watched: Vec<usize> = (0..sys.n).filter(kinds).take(MOST).collect();
         let loops = (0..sys.n).filter(|&i| sys.unknowns[i].kind.enters_linearly() && !sys.has_q[i]);
         let loops = if o.projection { Vec::new() } else { loops.collect() };
-        Watch {
+        Monitor {
             unseen: 0,
             idle: 0,
             stride: 1,

@@ -2,8 +2,8 @@
 //! of them alone.
 use super::{Kind, System};
 use crate::derive::substitute;
+use crate::floating_groups::Groups;
 use crate::graph::{Graph, Id, Node};
-use crate::islands::Islands;
 use crate::model::{FlagSpec, Law, Model, Placed};
 use crate::waves::Wave;
 use std::collections::BTreeMap;
@@ -48,7 +48,7 @@ impl System {
 
     /// Of every unknown the first one of its part; rows, with the sources that they or conditions in their part read.
     fn parts_of(&self, g: &Graph) -> (Vec<usize>, Vec<(usize, usize)>) {
-        let mut parts = Islands::new(self.n + self.flags.len());
+        let mut parts = Groups::new(self.n + self.flags.len());
         let mut heard: Vec<(usize, usize)> = self.constant.f_wave.iter().map(|&(row, wave, _)| (row, wave)).collect();
         for col in 0..self.n {
             self.pattern.column(col).iter().for_each(|&row| parts.join(row, col));
@@ -159,7 +159,7 @@ impl Model {
         let read: Vec<Id> = self.f.values().chain(self.q.values()).copied().chain(conditions).collect();
         let heard = heard(g, &read, self.f_wave.iter(), self.waves.len());
         for (wave, _) in self.waves.iter_mut().zip(&heard).filter(|(_, &heard)| !heard) {
-            *wave = Wave::guest();
+            *wave = Wave::exchanged();
         }
         let terminal = |k: &mut i32| *k = usize::try_from(*k).ok().and_then(mine).map_or(-1, |k| k as i32);
         for p in self.placed.iter_mut().flatten() {

@@ -1,4 +1,4 @@
-//! What drives: frequencies at which an oscillation is held up, not left to itself (watch.rs).
+//! What drives: frequencies at which an oscillation is held up, not left to itself (monitor.rs).
 use crate::system::{Phase, System};
 use crate::waves::Wave;
 use std::f64::consts::TAU;

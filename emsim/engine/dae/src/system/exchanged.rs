@@ -14,14 +14,14 @@ impl Polynomial {
 }
 
 #[derive(Clone, Default, Debug)]
-pub struct Guests {
+pub struct ExchangedInputs {
     pub first: usize, // wave that the first one replaces
     pub centre: f64,
     pub half: f64,
     pub values: Vec<Polynomial>,
 }
 
-impl Guests {
+impl ExchangedInputs {
     pub fn place(&self, t: f64) -> f64 {
         (t - self.centre) / self.half
     }

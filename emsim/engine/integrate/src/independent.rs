@@ -5,8 +5,8 @@
 //! at the end of each step until all others have come as far, and knows then at which times they have rows within the step; the one
 //! that is farthest behind waits for nobody.
 use super::driver::{self, Outcome, Status, Tick, Transient, ASKED};
+use super::monitor::Report;
 use super::rows::{Around, Fitting, Forces, Sink};
-use super::watch::Report;
 use super::Used;
 use crate::graph::Graph;
 use crate::interrupt;
@@ -208,7 +208,7 @@ impl Sink for Own<'_> {
         self.meeting.deliver(self.part, rows.into_iter());
     }
 
-    fn leap(&mut self, _: &System, _: &mut Work, t: f64, x: &[f64]) {
+    fn jump(&mut self, _: &System, _: &mut Work, t: f64, x: &[f64]) {
         self.begin(t, x);
         self.first = true;
     }
@@ -403,7 +403,7 @@ fn together(sys: &System, w: &mut Work, parts: &[Part], done: Vec<(Outcome, Work
 
 /// What was seen in a part, beside what was seen in others: the first of each kind is told.
 fn add(all: &mut Report, own: Report, of: &[usize]) {
-    let mode = |mut m: super::watch::Mode| {
+    let mode = |mut m: super::monitor::Mode| {
         m.unknown = of[m.unknown];
         m
     };

@@ -13,7 +13,7 @@ const NOTHING_LEFT: f64 = 1e-12;
 
 /// What bends in devices.
 #[derive(Default)]
-pub struct Bends {
+pub struct Nonlinear {
     bent: Vec<Bend>,  // voltages that exponentials hang on
     gates: Vec<Gate>, // branches
 }
@@ -67,7 +67,7 @@ impl System {
             }
         }
         bends.retain(|bend: &Bend| bend.volts.is_finite());
-        self.bends = Bends { bent: bends, gates };
+        self.nonlinear = Nonlinear { bent: bends, gates };
     }
 
     fn end(&self, seat: &Seat, node: i32, row: i32) -> End {
@@ -80,7 +80,7 @@ impl System {
 
     /// (the nodes, volts for a factor of e) of voltages that exponential currents hang on.
     pub fn exponential_ports(&self) -> impl Iterator<Item = ((i32, i32), f64)> + '_ {
-        self.bends.bent.iter().map(|bend| (bend.nodes, bend.volts))
+        self.nonlinear.bent.iter().map(|bend| (bend.nodes, bend.volts))
     }
 
     /// Nodes that devices have for themselves, behind their series resistances.
@@ -141,7 +141,7 @@ impl System {
     /// again.
     pub fn leaves_lines(&self, w: &Work, step: &[f64], x: &[f64]) -> bool {
         let mut line = Line::default();
-        self.bends.bent.iter().any(|bend| {
+        self.nonlinear.bent.iter().any(|bend| {
             across(step, bend.nodes.0, bend.nodes.1).abs() > STRAIGHT * bend.volts
                 && (bend.slopes.iter().any(|&s| self.conducts(w, bend, self.conductance(w, s).abs()))
                     || self.conducts_at(w, bend, x, &mut line))
@@ -159,7 +159,7 @@ impl System {
         states: impl Iterator<Item = &'a Vec<f64>> + Clone,
     ) -> bool {
         let mut line = Line::default();
-        self.bends.bent.iter().any(|bend| {
+        self.nonlinear.bent.iter().any(|bend| {
             let by: f64 = ends(bend.nodes).map(|(k, _)| moved[k]).sum();
             further * by > STRAIGHT * bend.volts
                 && (bend.slopes.iter().any(|&s| slopes.get(s).is_some_and(|&(g, _)| self.conducts(w, bend, g.abs())))
@@ -173,7 +173,7 @@ impl System {
     /// turned off, and every update for a conducting one is a small part of what is missing.
     pub fn left_behind(&self, w: &Work, slopes: &[(f64, f64)], a: f64, matrix: &[f64], x: &[f64]) -> f64 {
         let (mut worst, mut line, mut there) = (0.0_f64, Line::default(), None);
-        for gate in &self.bends.gates {
+        for gate in &self.nonlinear.gates {
             let Some(&(g, c)) = slopes.get(gate.slope) else { break };
             let (i, place) = gate.place;
             if there.replace(i) != Some(i) {
@@ -199,13 +199,13 @@ impl System {
     }
 
     /// Do expressions have exponentials of unknowns?
-    pub fn bends(&self) -> bool {
+    pub fn is_exponential(&self) -> bool {
         self.expressions.exponential && !self.expressions.yielding.is_empty()
     }
 
     /// Can a conductance change by more than its own size within a step: are there devices, or exponentials in expressions?
     pub fn turns(&self) -> bool {
-        self.devices() > 0 || self.bends()
+        self.devices() > 0 || self.is_exponential()
     }
 
     /// Can the own conductance of a node, or what else an exponential makes, fall by orders of magnitude?
