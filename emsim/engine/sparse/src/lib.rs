@@ -28,7 +28,7 @@ mod tests;
 
 pub use lu::{Counters, Lu, RefactorError, Stamp};
 pub use order::Symbolic;
-pub use program::{Equations, Once, Program, Recurring};
+pub use program::{worth, Equations, Once, Program, Recurring};
 pub use rows::{reciprocal, Pairs, Rows};
 pub use scalar::{Complex, Scalar};
 

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// What has recurred so often with the same pivots is written as a program: writing it costs about as much as so many runs save.
 const WORTH: u64 = 150;
-/// Cranelift takes so many times as long to write it. (Unit tests do not wait for it.)
+/// Cranelift takes so many times as long to write it. (Unit tests of this crate do not wait for it.)
 const CRANELIFT: u64 = if cfg!(test) { 1 } else { 100 };
 /// Multiply-subtract operations of a refactorisation above which a program would not stay in the processor's cache.
 pub const LARGEST: usize = 1000;
@@ -259,8 +259,16 @@ pub struct Recurring {
 
 impl Default for Recurring {
     fn default() -> Recurring {
-        let worth = if Code::chosen() == Ok(Code::Cranelift) { CRANELIFT * WORTH } else { WORTH };
-        Recurring { from: 0, worth, asked: false, program: None }
+        Recurring { from: 0, worth: worth(), asked: false, program: None }
+    }
+}
+
+/// So often a thing recurs before it is written as a program.
+pub fn worth() -> u64 {
+    if Code::chosen() == Ok(Code::Cranelift) {
+        CRANELIFT * WORTH
+    } else {
+        WORTH
     }
 }
 
