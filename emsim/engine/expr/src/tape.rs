@@ -628,6 +628,16 @@ mod tests {
         Tape::new(g, &[id]).eval(&Inputs { x, t: 0.0, waves: &[], flags: &[] })[0]
     }
 
+    /// Whole numbers below n, the same in every run.
+    fn random(mut seed: u64) -> impl FnMut(usize) -> usize {
+        move |n| {
+            seed ^= seed << 13;
+            seed ^= seed >> 7;
+            seed ^= seed << 17;
+            (seed >> 33) as usize % n
+        }
+    }
+
     /// every function's derivative against a central difference, reverse and forward mode alike
     #[test]
     fn derivatives_match_differences() {
@@ -679,13 +689,7 @@ mod tests {
     /// the same program on four sets of numbers agrees to the bit with the interpreter on each; an exponential to its last place
     #[test]
     fn machine_code_of_four_agrees_with_the_interpreter() {
-        let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
-        let mut random = |n: usize| {
-            seed ^= seed << 13;
-            seed ^= seed >> 7;
-            seed ^= seed << 17;
-            (seed >> 33) as usize % n
-        };
+        let mut random = random(0x9e37_79b9_7f4a_7c15);
         for round in 0..100 {
             let mut g = Graph::new();
             let mut pool: Vec<Id> = (0..4).map(|i| g.unknown(i)).collect();
@@ -735,13 +739,7 @@ mod tests {
     /// machine code and interpreter agree to the bit, on expressions that need more values than there are registers
     #[test]
     fn machine_code_agrees_with_the_interpreter() {
-        let mut seed = 0x2545_f491_4f6c_dd1d_u64;
-        let mut random = |n: usize| {
-            seed ^= seed << 13;
-            seed ^= seed >> 7;
-            seed ^= seed << 17;
-            (seed >> 33) as usize % n
-        };
+        let mut random = random(0x2545_f491_4f6c_dd1d);
         for round in 0..200 {
             let mut g = Graph::new();
             let mut pool: Vec<Id> = (0..4).map(|i| g.unknown(i)).collect();

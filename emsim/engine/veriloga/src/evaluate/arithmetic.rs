@@ -260,21 +260,13 @@ impl Elaborator<'_> {
             return self.whole(f64::from(u8::from(matches!(op, Equals | AtMost | AtLeast))));
         }
         match op {
-            Less => {
+            Less | AtLeast => {
                 let c = self.g.not_less(a, b);
-                self.truth((c, true))
+                self.truth((c, op == Less))
             }
-            AtLeast => {
-                let c = self.g.not_less(a, b);
-                self.truth((c, false))
-            }
-            More => {
+            More | AtMost => {
                 let c = self.g.not_less(b, a);
-                self.truth((c, true))
-            }
-            AtMost => {
-                let c = self.g.not_less(b, a);
-                self.truth((c, false))
+                self.truth((c, op == More))
             }
             _ => {
                 let (c, d) = (self.g.not_less(a, b), self.g.not_less(b, a));
