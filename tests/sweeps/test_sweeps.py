@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -250,7 +251,7 @@ def test_a_killed_sweep_goes_on_to_the_same_bits(tmp_path):
     assert [float(row.split(",")[-2]) for row in rows] == list(whole.measure("vout"))
 
 
-def test_a_dask_cluster_and_a_worker_that_dies(tmp_path):
+def test_a_dask_cluster_whose_workers_die_at_random_moments(tmp_path):
     distributed = pytest.importorskip("distributed")
     (tmp_path / "d.cir").write_text(
         DIVIDER.replace(".op\n", ".op\nV9 s 0 SIN(0 1 10k)\nR9 s t 1k\nC9 t 0 1n\n.tran 1u 10m\n")
@@ -259,17 +260,21 @@ def test_a_dask_cluster_and_a_worker_that_dies(tmp_path):
     alone = emsim.sweep(path, scheme="mc", runs=80)
     local = {"processes": True, "host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, **local) as cluster:
+        chance, killed = random.Random(1), []
+        moments = sorted(chance.sample(range(1, 80), 3))
         with distributed.Client(cluster, set_as_default=False) as client:
             pids = list(client.run(os.getpid).values())
-        assert len(pids) == 2 and os.getpid() not in pids
-        killed: list[int] = []
+            assert len(pids) == 2 and os.getpid() not in pids
 
-        def kill_one(done: int, runs: int) -> None:
-            if not killed:
-                killed.append(pids[0])
-                os.kill(pids[0], signal.SIGKILL)
+            def kill_one(done: int, runs: int) -> None:
+                if moments and done >= moments[0]:
+                    while moments and done >= moments[0]:
+                        moments.pop(0)
+                    client.wait_for_workers(2, timeout=60)
+                    killed.append(chance.choice(list(client.run(os.getpid, on_error="ignore").values())))
+                    os.kill(killed[-1], signal.SIGKILL)
 
-        s = emsim.sweep(path, scheme="mc", runs=80, cluster=cluster.scheduler_address, progress=kill_one)
+            s = emsim.sweep(path, scheme="mc", runs=80, cluster=cluster.scheduler_address, progress=kill_one)
     assert killed and s.complete
     assert bits(s) == bits(alone)
 
