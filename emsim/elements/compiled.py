@@ -285,9 +285,6 @@ class Compiled(Element):
 
     # ---- the circuit's graph ----
 
-    def terminal_names(self) -> tuple[str, ...]:
-        return self.currents or tuple(f"i{k + 1}" for k in range(len(self.nodes)))
-
     def branches(self, is_read: bool) -> Sequence[tuple[str, float]]:
         """A 0 V branch before every terminal."""
         wired = [k for k in range(len(self.nodes)) if k not in self.shafts]

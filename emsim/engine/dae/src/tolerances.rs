@@ -285,11 +285,8 @@ impl Tolerances {
         let floor = atol.clone();
         let mut own = vec![0.0; sys.n];
         // the error of a device's own node, behind its series resistance, is a share of one volt: it stands off its terminal by a
-        // current's drop, microvolts of which would otherwise be held to their own size. The terminal's error is held to its own size,
-        // where it is a state; diodes ask for no more. Accounts integrate the currents themselves
-        let held = |node: i32| usize::try_from(node).map_or(true, |node| in_error[node]);
-        let behind = sys.tied_inside().into_iter().filter(|&(_, terminal)| held(terminal)).map(|(node, _)| node);
-        for node in sys.behind_resistances().chain(behind).filter(|_| !o.accounts) {
+        // current's drop, microvolts of which would otherwise be held to their own size. Accounts integrate the currents themselves
+        for node in sys.behind_resistances().filter(|_| !o.accounts) {
             own[node] = o.reltol;
         }
         let mut error_floor: Vec<f64> = floor.iter().zip(&own).map(|(floor, own)| floor + own).collect();

@@ -638,6 +638,26 @@ mod tests {
         }
     }
 
+    /// One expression more of those in a pool.
+    fn grow(g: &mut Graph, pool: &mut Vec<Id>, random: &mut impl FnMut(usize) -> usize, calls: &[Fun]) {
+        let [a, b, c] = [(); 3].map(|()| pool[random(pool.len())]);
+        pool.push(match random(16) {
+            0 | 1 => g.add(a, b),
+            2 | 3 => g.sub(a, b),
+            4..=6 => g.mul(a, b),
+            7 => g.div(a, b),
+            8 => g.neg(a),
+            9 => {
+                let c = g.not_less(c, a);
+                g.select(c, a, b)
+            }
+            10..=12 => g.call(calls[random(calls.len())], a),
+            13 => g.powi(a, random(12) as i32 - 2),
+            14 => g.atan2(a, b),
+            _ => g.pow(a, b),
+        });
+    }
+
     /// every function's derivative against a central difference, reverse and forward mode alike
     #[test]
     fn derivatives_match_differences() {
@@ -694,25 +714,8 @@ mod tests {
             let mut g = Graph::new();
             let mut pool: Vec<Id> = (0..4).map(|i| g.unknown(i)).collect();
             pool.extend([g.wave(0), g.wave(1), g.constant(0.7), g.constant(-2.5)]);
-            for _ in 0..40 + round {
-                let (a, b, c) = (pool[random(pool.len())], pool[random(pool.len())], pool[random(pool.len())]);
-                pool.push(match random(16) {
-                    0 | 1 => g.add(a, b),
-                    2 | 3 => g.sub(a, b),
-                    4..=6 => g.mul(a, b),
-                    7 => g.div(a, b),
-                    8 => g.neg(a),
-                    9 | 10 => {
-                        let c = g.not_less(c, a);
-                        g.select(c, a, b)
-                    }
-                    11 => g.call(Fun::Cos, a),
-                    12 => g.call([Fun::Tanh, Fun::Log, Fun::Atan, Fun::Sqrt][random(4)], a),
-                    13 => g.powi(a, random(12) as i32 - 2),
-                    14 => g.atan2(a, b),
-                    _ => g.pow(a, b),
-                });
-            }
+            let calls = [Fun::Cos, Fun::Tanh, Fun::Log, Fun::Atan, Fun::Sqrt];
+            (0..40 + round).for_each(|_| grow(&mut g, &mut pool, &mut random, &calls));
             let mut outs: Vec<Id> = (0..9).map(|_| pool[random(pool.len())]).collect();
             let growing = g.unknown(3);
             outs.push(g.call(Fun::Exp, growing));
@@ -744,23 +747,8 @@ mod tests {
             let mut g = Graph::new();
             let mut pool: Vec<Id> = (0..4).map(|i| g.unknown(i)).collect();
             pool.extend([g.time(), g.wave(0), g.flag(0), g.constant(0.7), g.constant(-2.5)]);
-            for _ in 0..40 + round {
-                let (a, b, c) = (pool[random(pool.len())], pool[random(pool.len())], pool[random(pool.len())]);
-                pool.push(match random(16) {
-                    0 | 1 => g.add(a, b),
-                    2 | 3 => g.sub(a, b),
-                    4..=6 => g.mul(a, b),
-                    7 => g.div(a, b),
-                    8 => g.neg(a),
-                    9 => g.select(c, a, b),
-                    10 => g.call(Fun::Sin, a),
-                    11 => g.call(Fun::Cos, a),
-                    12 => g.call([Fun::Tanh, Fun::Exp, Fun::Atan, Fun::Sqrt][random(4)], a),
-                    13 => g.powi(a, random(12) as i32 - 2),
-                    14 => g.atan2(a, b),
-                    _ => g.pow(a, b),
-                });
-            }
+            let calls = [Fun::Sin, Fun::Cos, Fun::Tanh, Fun::Exp, Fun::Atan, Fun::Sqrt];
+            (0..40 + round).for_each(|_| grow(&mut g, &mut pool, &mut random, &calls));
             let outs: Vec<Id> = (0..12).map(|_| pool[random(pool.len())]).collect();
             let parts: [(&[Id], bool); 3] = [(&outs[..4], true), (&outs[4..8], false), (&outs[8..], true)];
             let slow = Tape::in_parts(&g, &parts);
@@ -793,27 +781,9 @@ mod tests {
         let mut g = Graph::new();
         let mut pool: Vec<Id> = (0..4).map(|i| g.unknown(i)).collect();
         pool.extend([g.wave(0), g.wave(1), g.constant(0.7), g.constant(-2.5)]);
-        for k in 0..200 {
-            let (a, b, c) = (pool[k * 7 % pool.len()], pool[k * 11 % pool.len()], pool[k * 13 % pool.len()]);
-            pool.push(match k % 15 {
-                0 | 1 => g.add(a, b),
-                2 => g.sub(a, b),
-                3 | 4 => g.mul(a, b),
-                5 => g.div(a, b),
-                6 => g.neg(a),
-                7 => {
-                    let c = g.not_less(c, a);
-                    g.select(c, a, b)
-                }
-                8 => g.call(Fun::Cos, a),
-                9 => g.call(Fun::Sin, b),
-                10 => g.call([Fun::Tanh, Fun::Log, Fun::Atan, Fun::Exp][k % 4], a),
-                11 => g.call(Fun::Sqrt, a),
-                12 => g.powi(a, (k % 5) as i32 - 2),
-                13 => g.atan2(a, b),
-                _ => g.pow(a, b),
-            });
-        }
+        let mut random = random(0x9e37_79b9_7f4a_7c15);
+        let calls = [Fun::Sin, Fun::Cos, Fun::Tanh, Fun::Log, Fun::Exp, Fun::Atan, Fun::Sqrt];
+        (0..200).for_each(|_| grow(&mut g, &mut pool, &mut random, &calls));
         let tape = Tape::new(&g, &pool[8..]);
         for width in 1..=batch::WIDEST {
             let row =

@@ -29,6 +29,7 @@ mod radau;
 mod response;
 mod rows;
 mod session;
+mod split;
 mod trap;
 
 pub use driver::{Failed, Outcome, Status, Tick, Transient};

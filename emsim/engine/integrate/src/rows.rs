@@ -625,31 +625,20 @@ impl Grid {
         }
     }
 
-    /// Rows strictly before `t1`, which is recorded by the caller; false where the run is not to go on.
+    /// Is there no row before `t1`?
     #[inline(always)]
-    #[allow(clippy::too_many_arguments)]
-    pub fn fill(
-        &mut self,
-        m: &dyn Method,
-        t1: f64,
-        sys: &System,
-        w: &mut Work,
-        tol: &Tolerances,
-        row: &mut Row<impl Sink>,
-        goes_on: &mut dyn FnMut(f64) -> bool,
-    ) -> bool {
-        let near = 1e-9 * self.print;
-        if self.parts == 1 && self.due.min(self.arrived) > t1 + near {
+    pub fn passes(&mut self, t1: f64) -> bool {
+        let passes = self.parts == 1 && self.due.min(self.arrived) > t1 + 1e-9 * self.print;
+        if passes {
             (self.last, self.jumped) = (t1, false);
-        } else {
-            return self.fill_due(m, t1, sys, w, tol, row, goes_on);
         }
-        true
+        passes
     }
 
+    /// Rows strictly before `t1`, which is recorded by the caller; false where the run is not to go on.
     #[inline(never)]
     #[allow(clippy::too_many_arguments)]
-    fn fill_due(
+    pub fn fill(
         &mut self,
         m: &dyn Method,
         t1: f64,

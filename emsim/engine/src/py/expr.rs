@@ -15,6 +15,7 @@ pub fn lock<T>(held: &Mutex<T>) -> MutexGuard<'_, T> {
 #[derive(Clone)]
 pub struct Expr {
     pub graph: SharedGraph,
+    #[pyo3(get)]
     pub id: Id,
 }
 
@@ -63,11 +64,6 @@ impl Expr {
     #[getter]
     fn value(&self) -> Option<f64> {
         lock(&self.graph).value(self.id)
-    }
-
-    #[getter]
-    fn id(&self) -> u32 {
-        self.id
     }
 
     /// (operation, its number, operands): "const" v, "x" i, "time", "wave" k, "flag" k, "symbol" k, "neg" "add" "sub"

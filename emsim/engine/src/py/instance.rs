@@ -1,5 +1,5 @@
 //! `Instance`: a packed deck that Python leads from step to step, as an FMU's importer or a page does.
-use super::{expr::lock, guarded};
+use super::{expr::lock, guarded, table::bytes};
 use crate::packed::instance::{self, Kept};
 use crate::packed::Packed;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -144,8 +144,7 @@ pub fn lead<'py>(
             }
         });
     });
-    let bytes: Vec<u8> = read.iter().flat_map(|v| v.to_ne_bytes()).collect();
-    Ok((PyBytes::new(py, &bytes), said))
+    Ok((bytes(py, &read), said))
 }
 
 fn step_of(

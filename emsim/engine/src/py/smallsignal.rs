@@ -20,6 +20,8 @@ fn complex((re, im): Pair) -> Complex {
 pub struct SmallSignal {
     system: Arc<System>,
     graph: SharedGraph,
+    /// The point.
+    #[pyo3(get)]
     x: Vec<f64>,
     held: Mutex<(smallsignal::SmallSignal, Work)>,
 }
@@ -49,12 +51,6 @@ impl SmallSignal {
     fn hanging(&self) -> Option<(usize, f64, f64)> {
         let held = lock(&self.held);
         held.1.hanging.map(|h| (h.unknown, h.volts, h.amperes))
-    }
-
-    /// The point.
-    #[getter]
-    fn x(&self) -> Vec<f64> {
-        self.x.clone()
     }
 
     /// F at the point.

@@ -3,6 +3,7 @@ use super::expr::{lock, Expr, SharedGraph};
 use super::guarded;
 use super::request::request;
 use super::smallsignal::SmallSignal;
+use super::table::bytes;
 use crate::graph::{Graph, Id, Node};
 use crate::integrate::{self, Failed};
 use crate::interrupt;
@@ -884,8 +885,7 @@ impl Waveforms {
         d.set_item("first", ledger.first.clone())?;
         d.set_item("last", ledger.last.clone())?;
         if let Some(trace) = &ledger.trace {
-            let bytes: Vec<u8> = trace.iter().flat_map(|v| v.to_ne_bytes()).collect();
-            d.set_item("trace", PyBytes::new(py, &bytes))?;
+            d.set_item("trace", bytes(py, trace))?;
         }
         Ok(Some(d.unbind()))
     }
@@ -913,8 +913,7 @@ impl Waveforms {
     /// before and behind it, and the derivative of its time by each parameter. None where nothing was asked for.
     fn tangent<'py>(&self, py: Python<'py>) -> Option<(usize, Bound<'py, PyBytes>, Bound<'py, PyBytes>)> {
         let tangent = self.record.tangent.as_ref()?;
-        let bytes = |values: &[f64]| -> Vec<u8> { values.iter().flat_map(|v| v.to_ne_bytes()).collect() };
-        Some((tangent.width(), PyBytes::new(py, &bytes(&tangent.rows)), PyBytes::new(py, &bytes(&tangent.turns))))
+        Some((tangent.width(), bytes(py, &tangent.rows), bytes(py, &tangent.turns)))
     }
 
     /// Why there are no sensitivities from a time on: kind (memory, impact, touch, corner, other, singular, full), and t, flag, parameter where
@@ -942,8 +941,7 @@ impl Waveforms {
     /// Times of rows at which signals may bend or jump, as the bytes of native float64.
     #[getter]
     fn corners<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        let bytes: Vec<u8> = self.record.corners.iter().flat_map(|t| t.to_ne_bytes()).collect();
-        PyBytes::new(py, &bytes)
+        bytes(py, &self.record.corners)
     }
 
     /// One value, for callers without numpy.

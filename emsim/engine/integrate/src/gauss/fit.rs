@@ -24,7 +24,7 @@ impl Gauss {
             for (i, z) in self.z.iter_mut().enumerate() {
                 *z = Complex::from(1.0 + 0.37 * ((i * 7) % 5) as f64);
             }
-            self.complex.solve(&mut self.z);
+            self.matrices.complex[0].solve(&mut self.z);
             sizes.push(self.z.iter().map(|z| z.abs()).collect::<Vec<f64>>());
         }
         let grown = |i: usize| sizes[1][i] > 5.0 * sizes[0][i];

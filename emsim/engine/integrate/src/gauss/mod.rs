@@ -31,9 +31,10 @@ mod table;
 
 use super::control::{Controller, Tried};
 use super::rows::Lags;
+use super::split::Split;
 use super::{interpolate, Attempt, Character, History, Method, Response};
 use crate::newton::{Failure, Newton, Options, Tolerances};
-use crate::sparse::{Complex, Lu};
+use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
 use table::{difference, first_difference, Table, THREE, TWO};
 
@@ -54,20 +55,8 @@ const FAR: f64 = 3.0;
 const WINDOW: usize = 60;
 const REFUSALS: usize = 8;
 
-pub struct Gauss {
-    k: &'static Table,
-    newton: Newton,
-    real: Lu<f64>,
-    complex: Lu<Complex>,
-    real_matrix: Vec<f64>,
-    complex_matrix: Vec<Complex>,
-    gv: Vec<f64>,
-    cv: Vec<f64>,
-    jacobian: bool, // gv, cv are fresh enough
-    factored_h: f64,
-    t0: f64,
-    t1: f64,
-    h: f64,
+/// For the length of all steps.
+struct Search {
     length: f64, // of every step, once found
     growing: bool,
     seen: usize, // steps of this length, and the largest of their errors
@@ -75,6 +64,22 @@ pub struct Gauss {
     refused: usize,
     longest: f64,   // step that was tried
     crawled: usize, // attempts in a row that were nothing against it
+}
+
+impl Search {
+    fn new(crawled: usize) -> Search {
+        Search { length: 0.0, growing: true, seen: 0, worst: 0.0, refused: 0, longest: 0.0, crawled }
+    }
+}
+
+pub struct Gauss {
+    k: &'static Table,
+    newton: Newton,
+    matrices: Split,
+    t0: f64,
+    t1: f64,
+    h: f64,
+    search: Search,
     q0: Vec<f64>,
     low: Vec<f64>, // what rounding has taken from q0
     q1: Vec<f64>,
@@ -119,31 +124,16 @@ impl Gauss {
             }
             _ => &THREE,
         };
-        let symbolic = sys.symbolic().map_err(Failure::from)?;
-        let nnz = sys.pattern.rowidx.len();
         let v = || vec![0.0; sys.n];
         let stages = || vec![vec![0.0; sys.n]; k.s];
         Ok(Gauss {
             k,
             newton: Newton::new(sys)?,
-            real: Lu::new(symbolic),
-            complex: Lu::new(symbolic),
-            real_matrix: vec![0.0; nnz],
-            complex_matrix: vec![Complex::from(0.0); nnz],
-            gv: vec![0.0; nnz],
-            cv: vec![0.0; nnz],
-            jacobian: false,
-            factored_h: f64::NAN,
+            matrices: Split::new(sys)?,
             t0: 0.0,
             t1: 0.0,
             h: 0.0,
-            length: 0.0,
-            growing: true,
-            seen: 0,
-            worst: 0.0,
-            refused: 0,
-            longest: 0.0,
-            crawled: 0,
+            search: Search::new(0),
             q0: v(),
             low: v(),
             q1: v(),
@@ -173,31 +163,12 @@ impl Gauss {
     }
 
     fn factor(&mut self, sys: &System, w: &mut Work, h: f64) -> Result<(), Failure> {
-        if !self.jacobian {
+        if self.matrices.at.is_nan() {
             sys.eval_jacobian(w, &self.x0, self.t0, false);
-            self.gv.copy_from_slice(&w.gv);
-            self.cv.copy_from_slice(&w.cv);
-            self.jacobian = true;
-            self.factored_h = f64::NAN;
+            self.matrices.keep(sys, w);
+            self.matrices.at = self.t0;
         }
-        if self.factored_h == h {
-            return Ok(());
-        }
-        let z = Complex::new(self.k.alpha / h, self.k.beta / h);
-        for (m, (g, c)) in self.complex_matrix.iter_mut().zip(self.gv.iter().zip(&self.cv)) {
-            *m = Complex::new(g + z.re * c, z.im * c);
-        }
-        self.complex.factor_or_refactor(&self.complex_matrix).map_err(Failure::from)?;
-        w.counters.factorisations += 1;
-        if let Some(gamma) = self.k.gamma {
-            for (m, (g, c)) in self.real_matrix.iter_mut().zip(self.gv.iter().zip(&self.cv)) {
-                *m = g + gamma / h * c;
-            }
-            self.real.factor_or_refactor(&self.real_matrix).map_err(Failure::from)?;
-            w.counters.factorisations += 1;
-        }
-        self.factored_h = h;
-        Ok(())
+        self.matrices.factor(sys, w, h, &self.k.eigenvalues())
     }
 
     /// First guess of the stages: the last step's, carried on.
@@ -243,9 +214,9 @@ impl Gauss {
                 self.z[i] = Complex::new(t(first), t(first + 1));
             }
             if first == 1 {
-                self.real.solve(&mut self.b);
+                self.matrices.real.solve(&mut self.b);
             }
-            self.complex.solve(&mut self.z);
+            self.matrices.complex[0].solve(&mut self.z);
             w.counters.solves += 1 + first as u64;
             let mut norm = 0.0_f64;
             for i in 0..n {
@@ -404,11 +375,13 @@ impl Gauss {
             if solved.is_ok() || sys.linear {
                 break;
             }
-            self.jacobian = false;
+            self.matrices.forget();
         }
         let iterations = solved?;
         // the Jacobian serves on while it contracts fast
-        self.jacobian = sys.linear || iterations <= 6;
+        if !sys.linear && iterations > 6 {
+            self.matrices.forget();
+        }
         // what the end point does not settle: multipliers, d/dt of something
         let xs: Vec<&[f64]> = self.stage.iter().map(Vec::as_slice).collect();
         interpolate(&self.k.c[..self.k.s], &xs, 1.0, &mut self.e);
@@ -419,8 +392,7 @@ impl Gauss {
     }
 
     fn grows_anew(&mut self) {
-        self.growing = true;
-        (self.seen, self.worst, self.refused, self.longest, self.length) = (0, 0.0, 0, 0.0, 0.0);
+        self.search = Search::new(self.search.crawled);
         self.control.restart();
     }
 
@@ -428,20 +400,20 @@ impl Gauss {
     fn grow(&mut self, tried: Tried) {
         let h = tried.h;
         if self.before.is_none() || self.control.allows(tried) > FAR * h {
-            self.length = self.length.max(FAR * h);
-            (self.seen, self.worst) = (0, 0.0);
+            self.search.length = self.search.length.max(FAR * h);
+            (self.search.seen, self.search.worst) = (0, 0.0);
             return;
         }
-        self.length = self.length.max(h);
-        self.seen += 1;
-        self.worst = self.worst.max(tried.error);
-        if self.seen >= WINDOW {
-            let room = self.control.allows(Tried { error: self.worst, ..tried });
-            self.growing = room > ENOUGH * h;
-            if self.growing {
-                self.length *= room / h;
+        self.search.length = self.search.length.max(h);
+        self.search.seen += 1;
+        self.search.worst = self.search.worst.max(tried.error);
+        if self.search.seen >= WINDOW {
+            let room = self.control.allows(Tried { error: self.search.worst, ..tried });
+            self.search.growing = room > ENOUGH * h;
+            if self.search.growing {
+                self.search.length *= room / h;
             }
-            (self.seen, self.worst) = (0, 0.0);
+            (self.search.seen, self.search.worst) = (0, 0.0);
         }
     }
 
@@ -461,7 +433,7 @@ impl Gauss {
             }
             self.z[i] = if sys.has_q[i] { z.scale(-h * e) } else { Complex::from(0.0) };
         }
-        self.complex.solve(&mut self.z);
+        self.matrices.complex[0].solve(&mut self.z);
         w.counters.solves += 1;
         for (e, z) in self.e.iter_mut().zip(&self.z) {
             *e = z.re;
@@ -505,16 +477,16 @@ impl Method for Gauss {
         self.past.clear();
         self.past.push(t, x);
         self.before = None;
-        self.jacobian = false;
+        self.matrices.forget();
         self.extra.clear();
         self.grows_anew();
     }
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
-        self.longest = self.longest.max(h);
-        let crawls = h < fit::CRAWLS * self.longest;
-        self.crawled = if crawls { self.crawled + 1 } else { self.crawled.saturating_sub(1) };
-        if self.crawled > fit::PATIENCE && !self.fixed {
+        self.search.longest = self.search.longest.max(h);
+        let crawls = h < fit::CRAWLS * self.search.longest;
+        self.search.crawled = if crawls { self.search.crawled + 1 } else { self.search.crawled.saturating_sub(1) };
+        if self.search.crawled > fit::PATIENCE && !self.fixed {
             return Attempt::Stuck { next: 0.0, why: fit::stiff().into() };
         }
         if !self.started {
@@ -545,9 +517,9 @@ impl Method for Gauss {
             self.t1 = self.t0 + h;
         }
         if let Err(why) = self.step(sys, w, h, tol) {
-            self.growing = false;
+            self.search.growing = false;
             let stuck = self.control.stuck(h, why);
-            self.length = stuck.next();
+            self.search.length = stuck.next();
             return stuck;
         }
         if self.fixed {
@@ -555,17 +527,17 @@ impl Method for Gauss {
         }
         let tried = Tried { h, error: self.error(sys, w, h, tol), power: 2 * self.k.s + 1 };
         if !(tried.error <= 1.0) {
-            self.refused += 1;
-            self.growing &= self.refused < REFUSALS;
-            (self.seen, self.worst) = (0, 0.0);
+            self.search.refused += 1;
+            self.search.growing &= self.search.refused < REFUSALS;
+            (self.search.seen, self.search.worst) = (0, 0.0);
             let refused = self.control.refuse(tried);
-            self.length = refused.next();
+            self.search.length = refused.next();
             return refused;
         }
-        if self.growing {
+        if self.search.growing {
             self.grow(tried);
         }
-        Attempt::Good { next: self.length }
+        Attempt::Good { next: self.search.length }
     }
 
     fn accept(&mut self, t1: f64) {

@@ -2,6 +2,8 @@
 //! rows TI (left eigenvectors of A^-1) with their inverse T:  TI A^-1 T = diag(gamma, [[alpha, -beta], [beta, alpha]]), the
 //! real eigenvalue being there with three stages only.
 
+use crate::split::Eigenvalues;
+
 pub struct Table {
     pub s: usize,
     pub c: [f64; 3],
@@ -12,6 +14,13 @@ pub struct Table {
     pub gamma: Option<f64>,
     pub alpha: f64,
     pub beta: f64,
+}
+
+impl Table {
+    pub fn eigenvalues(&self) -> Eigenvalues<'_> {
+        use std::slice::from_ref;
+        Eigenvalues { gamma: self.gamma, alpha: from_ref(&self.alpha), beta: from_ref(&self.beta) }
+    }
 }
 
 const S3: f64 = 1.732_050_807_568_877_2; // sqrt 3

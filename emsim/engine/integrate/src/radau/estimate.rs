@@ -66,83 +66,87 @@ impl Radau {
     /// Where steps have become a thirtieth of what they were, a step of a quarter is tried: an estimate that does not
     /// fall with it, and is not of something stiff, is rounding, and the tolerance gives way to it. True: try the quarter.
     pub(super) fn rounding(&mut self, h: f64, estimate: f64, error: f64, tol: &Tolerances) -> bool {
-        let whole = self.unfiltered;
-        if let Some((before, larger)) = self.probe.take() {
+        let whole = self.estimate.unfiltered;
+        if let Some((before, larger)) = self.estimate.probe.take() {
             let stiff = estimate < NOT_STIFF * whole;
             if h < 0.3 * before && whole > 0.3 * larger && !stiff && error.is_finite() {
-                self.relax = (10.0 * error).max(2.0 * self.relax).min(believed(tol)).max(1.0);
+                self.estimate.relax = (10.0 * error).max(2.0 * self.estimate.relax).min(believed(tol)).max(1.0);
             }
             self.longest = 4.0 * before;
             return false;
         }
         let probe = error > 0.02 && error.is_finite() && h < 0.03 * self.longest;
         if probe {
-            self.probe = Some((h, whole));
+            self.estimate.probe = Some((h, whole));
         }
         probe
     }
 
     /// What rounding does to the unknowns over a step of h, by the real matrix.
     pub(super) fn round(&mut self, sys: &System, w: &mut Work, h: f64) {
-        self.noises.find(sys, (w, self.scheme.gamma / h), [&self.x0, &self.q0], |b| self.real.solve(b));
+        self.estimate
+            .noises
+            .find(sys, (w, self.scheme.gamma / h), [&self.start.x, &self.start.q], |b| self.matrices.real.solve(b));
         w.counters.solves += 2;
     }
 
     /// Was the last update of the stages no more than that, where it is more than the tolerance? No iteration gets nearer. The
     /// derivatives at hand are the last stage's.
     pub(super) fn within_rounding(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> bool {
-        self.keep_derivatives(sys, w);
-        if self.factor(sys, w, h).is_err() {
+        self.matrices.keep(sys, w);
+        if self.matrices.factor(sys, w, h, &self.scheme.eigenvalues()).is_err() {
             return false;
         }
         self.round(sys, w, h);
-        let end = &self.stage[self.scheme.s - 1];
-        let within = |i: usize| self.moved[i] <= STALLED * tol.weight(i, self.x0[i], end[i]) + self.noises.of[i];
+        let end = &self.points.x[self.scheme.s - 1];
+        let within = |i: usize| {
+            self.newton.moved[i] <= STALLED * tol.weight(i, self.start.x[i], end[i]) + self.estimate.noises.of[i]
+        };
         (0..sys.n).all(|i| !tol.in_norm[i] || within(i))
     }
 
     /// The error estimate in units of the tolerance.
     pub(super) fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> f64 {
         let s = self.scheme.s;
-        self.b.fill(0.0);
-        for (weight, d) in self.scheme.d.iter().zip(&self.d) {
-            for (b, d) in self.b.iter_mut().zip(d) {
+        self.points.b.fill(0.0);
+        for (weight, d) in self.scheme.d.iter().zip(&self.points.d) {
+            for (b, d) in self.points.b.iter_mut().zip(d) {
                 *b += weight / h * d;
             }
         }
         for i in 0..sys.n {
-            self.e[i] = if sys.has_q[i] { self.b[i] - self.f0[i] } else { 0.0 };
+            self.estimate.e[i] = if sys.has_q[i] { self.points.b[i] - self.start.f[i] } else { 0.0 };
         }
-        self.real.solve(&mut self.e);
+        self.matrices.real.solve(&mut self.estimate.e);
         w.counters.solves += 1;
-        let mut error = norm(&self.e, &self.x0, &self.stage[s - 1], tol);
-        self.unfiltered = error;
+        let mut error = norm(&self.estimate.e, &self.start.x, &self.points.x[s - 1], tol);
+        self.estimate.unfiltered = error;
         // an estimate of the corner that a diode makes falls as the step leaves it out: it is not filtered at once
         let devices = sys.devices() > 0;
         let stays = |(first_h, first): (f64, f64)| !sys.turns() || (h < STAYS * first_h && error > 0.5 * first);
-        let large = error >= share(tol.reltol) && (self.first || self.at_first.is_some_and(stays));
-        let twice = (large || (devices && self.probe.is_some())) && error.is_finite();
+        let large = error >= share(tol.reltol) && (self.first || self.estimate.at_first.is_some_and(stays));
+        let twice = (large || (devices && self.estimate.probe.is_some())) && error.is_finite();
         if twice {
             // filtered once more: right after a start the estimate of a stiff component is far too large
             for i in 0..sys.n {
-                self.scratch[i] = self.x0[i] + self.e[i];
+                self.scratch[i] = self.start.x[i] + self.estimate.e[i];
             }
-            sys.eval(w, &self.scratch, self.t0);
+            sys.eval(w, &self.scratch, self.start.t);
             for i in 0..sys.n {
-                self.scratch[i] = if sys.has_q[i] { self.b[i] - w.f[i] } else { 0.0 };
+                self.scratch[i] = if sys.has_q[i] { self.points.b[i] - w.f[i] } else { 0.0 };
             }
-            self.real.solve(&mut self.scratch);
-            error = norm(&self.scratch, &self.x0, &self.stage[s - 1], tol);
+            self.matrices.real.solve(&mut self.scratch);
+            error = norm(&self.scratch, &self.start.x, &self.points.x[s - 1], tol);
         }
         if sys.turns() && error >= share(tol.reltol) && error.is_finite() {
             // what rounding is, a shorter step has more of: steps of a diode that turns off are femtoseconds
             self.round(sys, w, h);
-            let rounding = |i: usize| self.noises.of[i] / share(tol.reltol);
-            let e = if twice { &self.scratch } else { &self.e };
-            error = above(e, &self.x0, &self.stage[s - 1], tol, rounding);
+            let rounding = |i: usize| self.estimate.noises.of[i] / share(tol.reltol);
+            let e = if twice { &self.scratch } else { &self.estimate.e };
+            error = above(e, &self.start.x, &self.points.x[s - 1], tol, rounding);
         }
         if !devices {
-            self.unfiltered = error;
+            self.estimate.unfiltered = error;
         }
         error
     }
@@ -162,18 +166,18 @@ impl Radau {
             of.iter().zip(&weights[..last]).map(|(v, weight)| weight * (v[i] - of[last][i])).sum::<f64>()
         };
         for i in 0..sys.n {
-            let moved = slopes.iter().zip(&self.stage).map(|(a, x)| a * (x[i] - self.x0[i])).sum::<f64>();
-            self.scratch[i] = self.stage[last][i] + ALONG * moved;
+            let moved = slopes.iter().zip(&self.points.x).map(|(a, x)| a * (x[i] - self.start.x[i])).sum::<f64>();
+            self.scratch[i] = self.points.x[last][i] + ALONG * moved;
         }
-        sys.eval(w, &self.scratch, self.t0 + h + ALONG * h);
+        sys.eval(w, &self.scratch, self.start.t + h + ALONG * h);
         for i in 0..sys.n {
-            self.scratch[i] = (at_end(&self.f[..s], i) - (w.f[i] - self.f[last][i]) / ALONG) / h;
+            self.scratch[i] = (at_end(&self.points.f[..s], i) - (w.f[i] - self.points.f[last][i]) / ALONG) / h;
         }
-        self.real.solve(&mut self.scratch);
-        sys.c_times(w, &self.scratch, &mut self.b);
-        self.real.solve(&mut self.b);
+        self.matrices.real.solve(&mut self.scratch);
+        sys.c_times(w, &self.scratch, &mut self.points.b);
+        self.matrices.real.solve(&mut self.points.b);
         w.counters.solves += 2;
-        norm(&self.b, &self.x0, &self.stage[last], tol)
+        norm(&self.points.b, &self.start.x, &self.points.x[last], tol)
     }
 
     /// What the estimate of the next lower order would have been, with m = s - 2 stages. The derivative at 0 of a polynomial through the
@@ -182,17 +186,17 @@ impl Radau {
     pub(super) fn lower_error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> f64 {
         let (weights, scale) = self.orders.lower(self.scheme);
         self.scratch.fill(0.0);
-        for (weight, d) in weights.iter().zip(&self.d) {
+        for (weight, d) in weights.iter().zip(&self.points.d) {
             for (e, d) in self.scratch.iter_mut().zip(d) {
                 *e += scale * weight / h * d;
             }
         }
         for i in 0..sys.n {
-            self.scratch[i] = if sys.has_q[i] { self.scratch[i] - scale * self.f0[i] } else { 0.0 };
+            self.scratch[i] = if sys.has_q[i] { self.scratch[i] - scale * self.start.f[i] } else { 0.0 };
         }
-        self.real.solve(&mut self.scratch);
+        self.matrices.real.solve(&mut self.scratch);
         w.counters.solves += 1;
         let s = self.scheme.s;
-        (s - 1) as f64 * norm(&self.scratch, &self.x0, &self.stage[s - 1], tol)
+        (s - 1) as f64 * norm(&self.scratch, &self.start.x, &self.points.x[s - 1], tol)
     }
 }

@@ -25,22 +25,22 @@ impl Radau {
         h: f64,
         tol: &Tolerances,
     ) -> Result<usize, (usize, bool)> {
-        let mut full = match self.full.take() {
+        let mut full = match self.newton.full.take() {
             Some(full) => full,
             None => Box::new(FullNewton::new(sys).ok_or((0, true))?),
         };
         let result = full.solve(self, sys, w, h, tol);
-        self.full = Some(full);
+        self.newton.full = Some(full);
         if result.is_ok() {
             // the error estimate reads the charges of the stages as they are now, and the derivatives at the end: those in the
             // middle may be of a diode that has turned off since, and hold a node that nothing holds any more
             self.evaluate(sys, w, h, false);
             self.move_charges(sys);
             if sys.turns() {
-                sys.eval_jacobian(w, &self.stage[self.scheme.s - 1], self.t0 + h, false);
-                self.keep_derivatives(sys, w);
-                self.jacobian_at = f64::NAN;
-                self.factor(sys, w, h).map_err(|_| (0, true))?;
+                sys.eval_jacobian(w, &self.points.x[self.scheme.s - 1], self.start.t + h, false);
+                self.matrices.keep(sys, w);
+                self.matrices.at = f64::NAN;
+                self.matrices.factor(sys, w, h, &self.scheme.eigenvalues()).map_err(|_| (0, true))?;
             }
         }
         result
@@ -81,13 +81,13 @@ impl FullNewton {
         let mut was_flat = false;
         // twice no longer contracting it has met rounding, not a curve; a shorter step, nearer to a change point, has more of it
         let rounding = believed(tol);
-        m.noise = 0.0;
+        m.estimate.noise = 0.0;
         for iteration in 1..=3 * MOST_ITERATIONS {
             self.matrix.fill(0.0);
             let mut limited = false;
             for (j, c) in scheme.c.iter().enumerate() {
                 std::mem::swap(&mut w.ports, &mut self.ports[j]);
-                sys.eval_jacobian(w, &m.stage[j], m.t0 + c * h, true);
+                sys.eval_jacobian(w, &m.points.x[j], m.start.t + c * h, true);
                 std::mem::swap(&mut w.ports, &mut self.ports[j]);
                 limited |= w.limited;
                 for (place, (g, c)) in place.chunks_exact(s * s).zip(w.gv.iter().zip(&w.cv)) {
@@ -98,13 +98,13 @@ impl FullNewton {
                         }
                     }
                 }
-                moved(&w.q, &m.q0, &mut m.d[j]);
-                m.f[j][..n].copy_from_slice(&w.f);
+                moved(&w.q, &m.start.q, &mut m.points.d[j]);
+                m.points.f[j][..n].copy_from_slice(&w.f);
             }
             w.counters.iterations += 1;
-            for (i, (b, f)) in self.b.chunks_exact_mut(n).zip(&m.f).enumerate() {
+            for (i, (b, f)) in self.b.chunks_exact_mut(n).zip(&m.points.f).enumerate() {
                 let [first, second, third]: [f64; POINTS] = std::array::from_fn(|j| scheme.inverse_a[i * s + j]);
-                let moved = m.d[0].iter().zip(&m.d[1]).zip(&m.d[2]);
+                let moved = m.points.d[0].iter().zip(&m.points.d[1]).zip(&m.points.d[2]);
                 for ((b, f), ((d0, d1), d2)) in b.iter_mut().zip(f).zip(moved) {
                     *b = -(f + (first * d0 + second * d1 + third * d2) / h);
                 }
@@ -120,22 +120,22 @@ impl FullNewton {
                 return Err((odd % n, false));
             }
             let mut norm = 0.0_f64;
-            m.moved.fill(0.0);
+            m.newton.moved.fill(0.0);
             for (i, step) in self.b.chunks_exact_mut(n).enumerate() {
-                for ((x, dx), moved) in m.stage[i].iter_mut().zip(&mut *step).zip(&mut m.moved) {
+                for ((x, dx), moved) in m.points.x[i].iter_mut().zip(&mut *step).zip(&mut m.newton.moved) {
                     *x += *dx;
                     *dx = dx.abs();
                     *moved = moved.max(*dx);
                 }
-                let end = &m.stage[s - 1];
-                norm = norm.max(tol.largest_move(step, &m.x0, end));
+                let end = &m.points.x[s - 1];
+                norm = norm.max(tol.largest_move(step, &m.start.x, end));
             }
             let flat = norm > 0.5 * old;
             let stalled = flat && (norm <= STALLED || (norm <= rounding && was_flat));
             let settled = (norm <= target || flat) && !limited && !m.leaves_lines(sys, w, 1.0);
             if (norm <= target || stalled) && settled {
-                m.noise = if norm > target { norm } else { 0.0 };
-                m.level = m.level.max(m.noise);
+                m.estimate.noise = if norm > target { norm } else { 0.0 };
+                m.newton.level = m.newton.level.max(m.estimate.noise);
                 found = Ok(iteration);
                 break;
             }

@@ -19,19 +19,21 @@ mod estimate;
 mod full;
 mod order;
 mod stages;
+mod state;
 mod tables;
 
 use self::estimate::share;
-use self::full::FullNewton;
 use self::order::{contracting, Orders, Taken, CONTRACTION};
+use self::state::{Estimate, Iteration, Last, Points, Start};
 use self::tables::Scheme;
 use super::control::{Controller, Tried};
 use super::rows::Lags;
+use super::split::Split;
 use super::{Attempt, Character, Method, Response};
 use crate::ledger::Stages;
-use crate::newton::{Failure, Noise, Options, Tolerances};
-use crate::sparse::{Complex, Lu};
-use crate::system::{Kind, System, Work};
+use crate::newton::{Failure, Options, Tolerances};
+use crate::sparse::Complex;
+use crate::system::{System, Work};
 
 const MOST_ITERATIONS: usize = 10; // 7 in RADAU5, three more for two digits more (`LEFT`) at a contraction of 0.15
 /// Steps of a run that are taken at least: with their many stages they see as much in these as others in ten.
@@ -52,233 +54,86 @@ const REUSE: f64 = 1e-3;
 /// median over the corner's place, with 3, 5, 7 stages.
 const CORNER: f64 = 10.0;
 
-/// Where the rounding of an algebraic unknown comes from: what is stored in the rows that it stands in, over h.
-#[derive(Clone, Copy)]
-enum Stored {
-    Charge,
-    Momentum,
-}
-
 pub struct Radau {
     scheme: &'static Scheme,
     next_scheme: &'static Scheme,
     orders: Orders,
-    real: Lu<f64>,
-    complex: Vec<Lu<Complex>>, // one for each pair of eigenvalues, made when first needed
-    real_matrix: Vec<f64>,
-    complex_matrix: Vec<Complex>,
-    factored: Option<(f64, usize)>, // step and number of stages
-    jacobian_at: f64,
-    foresee: bool, // the Jacobian is, or may be, that of a predicted state
-    gv: Vec<f64>,
-    cv: Vec<f64>,
-    slopes: Vec<(f64, f64)>, // of the diodes in these
-    t0: f64,
-    h: f64,
-    x0: Vec<f64>,
-    q0: Vec<f64>,
-    f0: Vec<f64>,
-    still: Vec<f64>, // f0 without the sources, of linear equations
-    started: bool,   // f0, q0, still hold
-    stage: Vec<Vec<f64>>,
-    waves: Vec<Vec<f64>>, // of sources, at the times of the stages
-    d: Vec<Vec<f64>>,
-    f: Vec<Vec<f64>>, // F of the stages, and Q behind it
-    e: Vec<f64>,
-    b: Vec<f64>,
-    z: Vec<Vec<Complex>>,
-    scratch: Vec<f64>,
-    moved: Vec<f64>, // largest part of the last update, of each unknown
-    // the accepted step, for prediction and dense output after acceptance
-    last: Option<(f64, f64, &'static Scheme)>,
-    last_stage: Vec<Vec<f64>>,
-    last_x0: Vec<f64>,
-    last_e: Vec<f64>,
-    accepted: bool,
-    theta: f64,       // of the last iteration: is the Jacobian still good?
-    contraction: f64, // of the last two: is the order too high?
+    characters: [Character; 3], // by the number of stages
     control: Controller,
-    at_first: Option<(f64, f64)>, // length and error estimate of the first attempt from here that was refused
-    unfiltered: f64,              // the last error estimate before it was filtered
-    stuck: u32,
-    proposed: f64,
-    proposed_next: f64,
+    start: Start,
+    h: f64,
+    points: Points,
+    matrices: Split,
+    newton: Iteration,
+    estimate: Estimate,
+    last: Last,
+    accepted: bool,
     first: bool,
     fixed: bool,
     pure_linear: bool,
-    bent: bool,                    // all is linear, and the sources bend at t0
-    last_bent: bool,               // at the start of the last step
-    estimate: f64,                 // of this step's error, in units of the tolerance
-    corrected: Vec<bool>,          // by the error estimate, in dense output
-    given: Vec<bool>,              // unknowns that have what a source has
-    full: Option<Box<FullNewton>>, // made when first needed
-    full_steps: u32,               // so many steps more begin with it
-    relax: f64,                    // the error is divided by this where rounding keeps the tolerance out of reach
-    noise: f64,                    // what rounding left of the last update of the full Newton method
-    noises: Noise,                 // what rounding does to every unknown, where it was asked for
-    linear: Vec<(usize, Stored)>,  // unknowns in no norm that have a scale: what their rounding comes from
-    stored: [f64; 2],              // largest charge and momentum at x0
-    behind: f64,                   // largest last update of such an unknown, in units of its scale
-    grown: f64,                    // the last update in units of what was there before it
-    level: f64,                    // where rounding has lately stopped the iteration
-    longest: f64,                  // recent step length
-    smooth: Vec<bool>,             // what is on one curve with the start, of a step that begins anew
-    last_anew: bool,               // the last step began so
-    characters: [Character; 3],    // by the number of stages
-    probe: Option<(f64, f64)>,     // step and error that a step of a quarter is compared with
+    stuck: u32,
+    proposed: f64,
+    proposed_next: f64,
+    longest: f64, // recent step length
+    scratch: Vec<f64>,
 }
 
 impl Radau {
     /// `name`: radau, radau5, radau9 or radau13.
     pub fn new(sys: &System, o: &Options, name: &str) -> Result<Radau, Failure> {
-        let nnz = sys.pattern.rowidx.len();
-        let real = Lu::new(sys.symbolic().map_err(Failure::from)?);
         let orders = Orders::new(name, o.fixed_step.is_some(), o.reltol, sys);
-        let most = orders.most().s;
-        let v = || vec![0.0; sys.n];
-        let stages = || vec![vec![0.0; sys.n]; most];
-        // the estimate means nothing for an algebraic unknown (linearised where the curve may bend sharply)
-        let corrected: Vec<bool> = (sys.unknowns.iter().zip(&sys.differential))
-            .map(|(u, &moves)| moves && !u.kind.enters_linearly())
-            .collect();
-        let smooth = corrected.clone();
-        let characters = character(sys.pure_linear, o.fixed_step.is_some());
-        let linear = (sys.unknowns.iter().zip(&sys.differential).enumerate())
-            .filter_map(|(i, (u, &moves))| match u.kind {
-                Kind::Lambda => Some((i, Stored::Momentum)),
-                Kind::Branch if !moves => Some((i, Stored::Charge)),
-                _ => None,
-            })
-            .collect();
+        let (n, most) = (sys.n, orders.most().s);
+        let v = || vec![0.0; n];
         Ok(Radau {
             scheme: orders.first(),
             next_scheme: orders.first(),
             orders,
-            real,
-            complex: Vec::new(),
-            real_matrix: vec![0.0; nnz],
-            complex_matrix: vec![Complex::from(0.0); nnz],
-            factored: None,
-            jacobian_at: f64::NAN,
-            foresee: true,
-            gv: vec![0.0; nnz],
-            cv: vec![0.0; nnz],
-            slopes: Vec::new(),
-            t0: 0.0,
-            h: 0.0,
-            x0: v(),
-            q0: v(),
-            f0: v(),
-            still: v(),
-            started: false,
-            stage: stages(),
-            waves: vec![Vec::new(); most],
-            d: stages(),
-            f: vec![vec![0.0; 2 * sys.n]; most],
-            e: v(),
-            b: v(),
-            z: vec![vec![Complex::from(0.0); sys.n]; (most - 1) / 2],
-            scratch: v(),
-            moved: v(),
-            last: None,
-            last_stage: stages(),
-            last_x0: v(),
-            last_e: v(),
-            accepted: false,
-            theta: 1.0,
-            contraction: 1.0,
+            characters: character(sys.pure_linear, o.fixed_step.is_some()),
             control: Controller::new(true),
-            at_first: None,
-            unfiltered: 0.0,
-            stuck: 0,
-            proposed: 0.0,
-            proposed_next: 0.0,
+            start: Start { x: v(), q: v(), f: v(), still: v(), ..Start::default() },
+            h: 0.0,
+            points: Points::new(n, most),
+            matrices: Split::new(sys)?,
+            newton: Iteration::new(sys),
+            estimate: Estimate::new(sys),
+            last: Last { step: None, stage: vec![v(); most], x0: v(), e: v(), bent: false, anew: false },
+            accepted: false,
             first: true,
             fixed: o.fixed_step.is_some(),
             pure_linear: sys.pure_linear,
-            bent: false,
-            last_bent: false,
-            estimate: 0.0,
-            corrected,
-            given: sys.alone(),
-            full: None,
-            full_steps: 0,
-            relax: 1.0,
-            noise: 0.0,
-            noises: Noise::new(sys.n),
-            linear,
-            stored: [0.0; 2],
-            behind: 0.0,
-            grown: 0.0,
-            level: 0.0,
+            stuck: 0,
+            proposed: 0.0,
+            proposed_next: 0.0,
             longest: 0.0,
-            smooth,
-            last_anew: false,
-            characters,
-            probe: None,
+            scratch: v(),
         })
     }
 
     /// Derivatives for a step of h from here: at its middle as the last step's polynomial foresees it, since the stages
     /// lie on both sides of that; at x0 where there is no such foresight.
     fn jacobian(&mut self, sys: &System, w: &mut Work, h: f64) {
-        if self.jacobian_at == self.t0 || (sys.linear && !self.jacobian_at.is_nan()) {
+        if self.matrices.at == self.start.t || (sys.linear && !self.matrices.at.is_nan()) {
             return;
         }
-        let (mut t, mut x) = (self.t0, &self.x0);
-        match self.last {
-            Some((start, last_h, last)) if h < FORESIGHT * last_h && !sys.linear && self.foresee => {
-                t = self.t0 + 0.5 * h;
+        let (mut t, mut x) = (self.start.t, &self.start.x);
+        match self.last.step {
+            Some((start, last_h, last)) if h < FORESIGHT * last_h && !sys.linear && self.newton.foresee => {
+                t = self.start.t + 0.5 * h;
                 let theta = (t - start) / last_h;
                 let moves = &sys.differential;
-                dense::extrapolate(last, theta, &self.last_x0, &self.last_stage, moves, &mut self.scratch);
+                dense::extrapolate(last, theta, &self.last.x0, &self.last.stage, moves, &mut self.scratch);
                 // far up an exponential everything looks solved: the update is next to nothing whatever is missing
-                if sys.within_reach(&self.x0, &self.scratch) {
+                if sys.within_reach(&self.start.x, &self.scratch) {
                     x = &self.scratch;
                 } else {
-                    t = self.t0;
+                    t = self.start.t;
                 }
             }
-            _ => self.foresee = false,
+            _ => self.newton.foresee = false,
         }
         sys.eval_jacobian(w, x, t, false);
-        self.keep_derivatives(sys, w);
-        self.jacobian_at = self.t0;
-    }
-
-    fn keep_derivatives(&mut self, sys: &System, w: &Work) {
-        self.gv.copy_from_slice(&w.gv);
-        self.cv.copy_from_slice(&w.cv);
-        self.slopes.clear();
-        self.slopes.extend(sys.slopes(w));
-        self.factored = None;
-    }
-
-    fn factor(&mut self, sys: &System, w: &mut Work, h: f64) -> Result<(), Failure> {
-        let scheme = self.scheme;
-        if self.factored == Some((h, scheme.s)) {
-            return Ok(());
-        }
-        self.factored = None;
-        let a = scheme.gamma / h;
-        for ((m, g), c) in self.real_matrix.iter_mut().zip(&self.gv).zip(&self.cv) {
-            *m = g + a * c;
-        }
-        self.real.factor_or_refactor(&self.real_matrix).map_err(Failure::from)?;
-        for (k, (alpha, beta)) in scheme.alpha.iter().zip(scheme.beta).enumerate() {
-            if self.complex.len() == k {
-                let symbolic = sys.symbolic().map_err(Failure::from)?;
-                self.complex.push(Lu::new(symbolic));
-            }
-            let z = Complex::new(alpha / h, beta / h);
-            for ((m, g), c) in self.complex_matrix.iter_mut().zip(&self.gv).zip(&self.cv) {
-                *m = Complex::new(g + z.re * c, z.im * c);
-            }
-            self.complex[k].factor_or_refactor(&self.complex_matrix).map_err(Failure::from)?;
-        }
-        w.counters.factorisations += 1 + scheme.alpha.len() as u64;
-        self.factored = Some((h, scheme.s));
-        Ok(())
+        self.matrices.keep(sys, w);
+        self.matrices.at = self.start.t;
     }
 
     /// What a step that begins anew has on one curve with its start, to the tolerance: a transient, and what algebraic unknowns were,
@@ -289,27 +144,27 @@ impl Radau {
         let at_start = |weights: &[f64], stages: &[Vec<f64>], i: usize| {
             weights.iter().zip(stages).map(|(l, x)| l * x[i]).sum::<f64>()
         };
-        for i in 0..self.x0.len() {
-            let start = at_start(back, &self.stage, i);
-            let off = (self.x0[i] - start).abs();
-            let allowed = tol.weight(i, self.x0[i], self.stage[s - 1][i]);
-            self.smooth[i] = if self.fixed {
-                off <= allowed.max((start - at_start(fewer, &self.stage[1..], i)).abs())
+        for i in 0..self.start.x.len() {
+            let start = at_start(back, &self.points.x, i);
+            let off = (self.start.x[i] - start).abs();
+            let allowed = tol.weight(i, self.start.x[i], self.points.x[s - 1][i]);
+            self.estimate.smooth[i] = if self.fixed {
+                off <= allowed.max((start - at_start(fewer, &self.points.x[1..], i)).abs())
             } else {
-                self.corrected[i] && (self.given[i] || off <= allowed)
+                self.estimate.corrected[i] && (self.estimate.given[i] || off <= allowed)
             };
         }
     }
 
     /// Judges a step whose stages are solved; the full Newton method leaves the derivatives of its end where there are diodes.
     fn judge(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances, iterations: usize) -> Attempt {
-        let turned = sys.turns() && self.jacobian_at.is_nan();
+        let turned = sys.turns() && self.matrices.at.is_nan();
         let mut estimate = self.error(sys, w, h, tol);
         if turned {
             estimate = estimate.max(share(tol.reltol) * self.end_error(sys, w, h, tol));
         }
-        self.estimate = estimate;
-        if self.first || self.bent {
+        self.estimate.of_step = estimate;
+        if self.first || self.start.bent {
             self.find_smooth(tol);
         }
         let raw = (estimate / share(tol.reltol)).max(1e-10);
@@ -320,29 +175,29 @@ impl Radau {
         if self.rounding(h, estimate, raw, tol) {
             return Attempt::TooLarge { next: 0.25 * h };
         }
-        let error = raw / self.relax.max(10.0 * std::mem::take(&mut self.noise));
+        let error = raw / self.estimate.relax.max(10.0 * std::mem::take(&mut self.estimate.noise));
         let tried = Tried { h, error, power: self.scheme.s + 1 };
         if error <= 1.0 {
             self.longest = h.max(0.98 * self.longest);
-            self.relax = (0.999 * self.relax).max(1.0);
-            let seen = self.contraction > 0.0 && self.full_steps == 0;
-            let contracts = if seen { contracting(self.contraction) } else { f64::INFINITY };
+            self.estimate.relax = (0.999 * self.estimate.relax).max(1.0);
+            let seen = self.newton.contraction > 0.0 && self.newton.full_steps == 0;
+            let contracts = if seen { contracting(self.newton.contraction) } else { f64::INFINITY };
             // what took many iterations lies far from where it was looked for (Hairer and Wanner, equation (IV.8.22))
             let most = 2.0 * MOST_ITERATIONS as f64 + 1.0;
             let found = most / (most - 1.0 + iterations as f64);
             let factor = (found * self.control.judge(tried, false).next() / h).min(contracts);
-            if self.full_steps == 0 && self.orders.due(self.scheme) {
+            if self.newton.full_steps == 0 && self.orders.due(self.scheme) {
                 let taken = Taken {
                     h,
                     iterations,
-                    contraction: self.contraction,
+                    contraction: self.newton.contraction,
                     contracts,
                     error: estimate,
                     lower: self.lower_error(sys, w, h, tol),
                     longest: if h < 0.9 * self.proposed { h } else { f64::INFINITY },
                     linear: sys.linear,
                 };
-                let (scheme, step) = self.orders.next(self.scheme, &taken, tol.reltol, &self.real);
+                let (scheme, step) = self.orders.next(self.scheme, &taken, tol.reltol, &self.matrices.real);
                 self.next_scheme = scheme;
                 if let Some(step) = step {
                     self.proposed_next = step;
@@ -350,17 +205,17 @@ impl Radau {
                 }
             }
             // keep step and factorisation while that costs little
-            let keep = self.theta < REUSE || sys.linear;
+            let keep = self.newton.theta < REUSE || sys.linear;
             let next = if keep && (1.0..1.2).contains(&factor) { h } else { factor * h };
             self.proposed_next = next;
             return Attempt::Good { next };
         }
-        let refused = match self.at_first {
+        let refused = match self.estimate.at_first {
             _ if !self.first => self.control.refuse(tried),
             Some(_) if !sys.turns() => Attempt::TooLarge { next: LOST * h },
             _ => self.control.refuse(Tried { error: f64::INFINITY, ..tried }),
         };
-        self.at_first = self.at_first.or(Some((h, estimate)));
+        self.estimate.at_first = self.estimate.at_first.or(Some((h, estimate)));
         self.orders.refused();
         self.jacobian(sys, w, h);
         refused
@@ -385,7 +240,7 @@ fn character(pure_linear: bool, fixed: bool) -> [Character; 3] {
 
 impl Response for Radau {
     fn formula(&self) -> usize {
-        self.last.map_or(self.scheme, |(_, _, scheme)| scheme).s
+        self.last.step.map_or(self.scheme, |(_, _, scheme)| scheme).s
     }
 
     fn response(&self, stages: usize, y: f64) -> Option<Complex> {
@@ -399,54 +254,41 @@ impl Method for Radau {
     }
 
     fn restart(&mut self, _sys: &System, _w: &mut Work, t: f64, x: &[f64]) {
-        self.t0 = t;
-        self.x0.copy_from_slice(x);
+        self.start.t = t;
+        self.start.x.copy_from_slice(x);
         self.scheme = self.orders.anew();
-        self.started = false;
-        self.jacobian_at = f64::NAN;
-        self.factored = None;
-        self.last = None;
+        self.start.known = false;
+        self.matrices.forget();
+        self.newton.foresee = true;
+        self.last.step = None;
         self.first = true;
-        self.last_anew = false;
-        self.at_first = None;
-        self.theta = 1.0;
+        self.last.anew = false;
+        self.estimate.at_first = None;
+        self.newton.theta = 1.0;
         self.accepted = false;
-        self.foresee = true;
         self.stuck = 0;
         self.proposed = 0.0;
         self.control.restart();
     }
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
-        if !self.started {
-            sys.eval(w, &self.x0, self.t0);
-            self.q0.copy_from_slice(&w.q);
-            self.f0.copy_from_slice(&w.f);
-            if sys.pure_linear {
-                self.still.copy_from_slice(&w.f);
-                sys.subtract_waves(w, &mut self.still);
-            }
-            self.started = true;
-            let largest = |of: fn(Kind) -> bool| {
-                let q = self.q0.iter().zip(&sys.unknowns).filter(|(_, u)| of(u.kind));
-                q.fold(0.0, |m: f64, (q, _)| m.max(q.abs()))
-            };
-            self.stored = [largest(|k| k == Kind::Node), largest(|k| k == Kind::Speed)];
+        if !self.start.known {
+            self.start.evaluate(sys, w);
         }
         self.accepted = false;
         self.h = h;
         // an old Jacobian serves while the iteration contracts fast
         // (updates at the level of rounding say nothing of the Jacobian; if those before contracted too little to go on with this length, it
         // is renewed: with one of another time they contract no better in shorter steps, down to none)
-        if self.theta >= REUSE || self.contraction > CONTRACTION || self.jacobian_at.is_nan() {
+        if self.newton.theta >= REUSE || self.newton.contraction > CONTRACTION || self.matrices.at.is_nan() {
             self.jacobian(sys, w, h);
         }
         loop {
-            if let Err(why) = self.factor(sys, w, h) {
+            if let Err(why) = self.matrices.factor(sys, w, h, &self.scheme.eigenvalues()) {
                 return Attempt::Stuck { next: h / 4.0, why: why.into() };
             }
             let mut solved = Err((0, true));
-            if self.full_steps == 0 {
+            if self.newton.full_steps == 0 {
                 solved = if sys.pure_linear {
                     self.linear_stages(sys, w, h)
                 } else {
@@ -456,35 +298,35 @@ impl Method for Radau {
             }
             let lowest = self.scheme.s == 3;
             // frozen derivatives cannot follow an exponential: the stages together, each with its own
-            let stale = self.jacobian_at != self.t0 || (self.foresee && lowest);
-            if matches!(solved, Err((_, true))) && (self.full_steps > 0 || !stale) && !sys.linear && lowest {
+            let stale = self.matrices.at != self.start.t || (self.newton.foresee && lowest);
+            if matches!(solved, Err((_, true))) && (self.newton.full_steps > 0 || !stale) && !sys.linear && lowest {
                 self.predict(sys, h);
                 solved = self.full_newton(sys, w, h, tol);
                 if solved.is_ok() {
-                    self.full_steps = match self.full_steps {
+                    self.newton.full_steps = match self.newton.full_steps {
                         0 if sys.turns() => FULL_STEPS,
                         more => more.saturating_sub(1),
                     };
-                    (self.theta, self.contraction) = (1.0, 0.0);
+                    (self.newton.theta, self.newton.contraction) = (1.0, 0.0);
                 } else {
-                    self.full_steps = 0;
+                    self.newton.full_steps = 0;
                 }
             }
             let (unknown, finite) = match solved {
                 Ok(iterations) => return self.judge(sys, w, h, tol, iterations),
                 Err(stuck) => stuck,
             };
-            self.theta = 1.0;
-            let failed = self.jacobian_at;
-            self.jacobian_at = f64::NAN;
+            self.newton.theta = 1.0;
+            let failed = self.matrices.at;
+            self.matrices.at = f64::NAN;
             if stale && finite {
                 // once more with the derivatives of this step; at the last order with those of its start
-                self.foresee &= failed != self.t0;
+                self.newton.foresee &= failed != self.start.t;
                 self.jacobian(sys, w, h);
                 continue;
             }
             let s = self.scheme.s;
-            self.foresee = true;
+            self.newton.foresee = true;
             self.stuck += 1;
             if finite && !lowest && self.stuck > 1 {
                 self.scheme = self.orders.fall();
@@ -492,10 +334,10 @@ impl Method for Radau {
                 continue;
             }
             if lowest {
-                self.last = None; // a bad prediction is not tried twice
+                self.last.step = None; // a bad prediction is not tried twice
             }
             let why = if finite {
-                let f = &self.f[s - 1];
+                let f = &self.points.f[s - 1];
                 let row = (0..sys.n).max_by(|&i, &j| f[i].abs().total_cmp(&f[j].abs())).unwrap_or(0);
                 Failure::Diverged { unknown, row }
             } else {
@@ -511,51 +353,60 @@ impl Method for Radau {
     }
 
     fn accept(&mut self, t1: f64) {
-        self.last = Some((self.t0, self.h, self.scheme));
-        std::mem::swap(&mut self.last_x0, &mut self.x0);
-        std::mem::swap(&mut self.last_e, &mut self.e);
-        std::mem::swap(&mut self.last_stage, &mut self.stage);
-        self.t0 = t1;
-        self.last_bent = std::mem::take(&mut self.bent);
-        self.x0.copy_from_slice(&self.last_stage[self.scheme.s - 1]);
+        self.last.step = Some((self.start.t, self.h, self.scheme));
+        std::mem::swap(&mut self.last.x0, &mut self.start.x);
+        std::mem::swap(&mut self.last.e, &mut self.estimate.e);
+        std::mem::swap(&mut self.last.stage, &mut self.points.x);
+        self.start.t = t1;
+        self.last.bent = std::mem::take(&mut self.start.bent);
+        self.start.x.copy_from_slice(&self.last.stage[self.scheme.s - 1]);
         self.scheme = self.next_scheme;
         self.proposed = self.proposed_next;
         self.control.accept();
-        self.started = false;
-        self.level *= FORGET;
-        self.last_anew = std::mem::take(&mut self.first);
-        self.at_first = None;
+        self.start.known = false;
+        self.newton.level *= FORGET;
+        self.last.anew = std::mem::take(&mut self.first);
+        self.estimate.at_first = None;
         self.accepted = true;
-        self.foresee = true;
+        self.newton.foresee = true;
         self.stuck = 0;
     }
 
     fn candidate(&self) -> &[f64] {
         if self.accepted {
-            &self.x0
+            &self.start.x
         } else {
-            &self.stage[self.scheme.s - 1]
+            &self.points.x[self.scheme.s - 1]
         }
     }
 
     fn dense(&self, t: f64, out: &mut [f64]) {
-        let (t0, h, scheme, x0, stage, e, bent, anew) = match self.last {
+        let (t0, h, scheme, x0, stage, e, bent, anew) = match self.last.step {
             Some((t0, h, scheme)) if self.accepted => {
-                (t0, h, scheme, &self.last_x0, &self.last_stage, &self.last_e, self.last_bent, self.last_anew)
+                (t0, h, scheme, &self.last.x0, &self.last.stage, &self.last.e, self.last.bent, self.last.anew)
             }
-            _ => (self.t0, self.h, self.scheme, &self.x0, &self.stage, &self.e, self.bent, self.first),
+            _ => (
+                self.start.t,
+                self.h,
+                self.scheme,
+                &self.start.x,
+                &self.points.x,
+                &self.estimate.e,
+                self.start.bent,
+                self.first,
+            ),
         };
         let theta = (t - t0) / h;
         if bent || anew {
             // what is algebraic at the start of this step, or is over long before its end, belongs to the curve before the corner
-            dense::extrapolate(scheme, theta, x0, stage, &self.smooth, out);
+            dense::extrapolate(scheme, theta, x0, stage, &self.estimate.smooth, out);
         } else {
             dense::polynomial(scheme, theta, x0, stage, out);
         }
         let correction = scheme.gamma * dense::correction(scheme, theta);
-        let smooth = |i: usize| !(bent || anew) || self.smooth[i];
+        let smooth = |i: usize| !(bent || anew) || self.estimate.smooth[i];
         for (i, (o, e)) in out.iter_mut().zip(e).enumerate() {
-            if self.corrected[i] && smooth(i) {
+            if self.estimate.corrected[i] && smooth(i) {
                 *o += correction * e;
             }
         }
@@ -566,42 +417,42 @@ impl Method for Radau {
     /// corner that no polynomial follows, and of the corner of a diode that measure tells a tenth. Behind a corner of the sources
     /// that point is of another curve; where all is linear, the error estimate, of the polynomial's order, says it as well.
     fn interior(&mut self, sys: &System, tol: &Tolerances) -> f64 {
-        let Some((start, ..)) = self.last.filter(|_| !self.accepted) else { return f64::INFINITY };
-        if self.bent {
-            return self.estimate;
+        let Some((start, ..)) = self.last.step.filter(|_| !self.accepted) else { return f64::INFINITY };
+        if self.start.bent {
+            return self.estimate.of_step;
         }
         let scheme = self.scheme;
-        let before = (start - self.t0) / self.h;
+        let before = (start - self.start.t) / self.h;
         let l = dense::weights(scheme, before);
         let theta = dense::weakest(scheme);
         let corner = if sys.turns() { CORNER } else { 1.0 };
         let lacking = corner * dense::nodal(scheme, theta) / dense::nodal(scheme, before);
         let correction = scheme.gamma * dense::correction(scheme, theta);
         let mut there = std::mem::take(&mut self.scratch);
-        blend::through(scheme, &l, &self.x0, &self.stage, &mut there);
-        let end = &self.stage[scheme.s - 1];
+        blend::through(scheme, &l, &self.start.x, &self.points.x, &mut there);
+        let end = &self.points.x[scheme.s - 1];
         let mut worst = 0.0_f64;
         for i in sys.interpolated() {
-            let mut error = lacking * (self.last_x0[i] - there[i]);
-            if self.corrected[i] {
-                error -= correction * self.e[i];
+            let mut error = lacking * (self.last.x0[i] - there[i]);
+            if self.estimate.corrected[i] {
+                error -= correction * self.estimate.e[i];
             }
-            worst = worst.max(error.abs() / tol.weight(i, self.x0[i], end[i]));
+            worst = worst.max(error.abs() / tol.weight(i, self.start.x[i], end[i]));
         }
         self.scratch = there;
         worst
     }
 
     fn stages(&self) -> Stages<'_> {
-        let Some((t, h, scheme)) = self.last else { return Stages::default() };
-        let nodes = scheme.c.iter().zip(&self.last_stage).map(|(c, x)| (t + c * h, x.as_slice()));
+        let Some((t, h, scheme)) = self.last.step else { return Stages::default() };
+        let nodes = scheme.c.iter().zip(&self.last.stage).map(|(c, x)| (t + c * h, x.as_slice()));
         Stages { at: nodes.collect(), weights: dense::quarters(scheme) }
     }
 
     /// What the step control knows of the error's growth was of the other side.
     fn corner(&mut self) {
         self.control.restart();
-        self.bent = self.pure_linear;
-        self.started = false;
+        self.start.bent = self.pure_linear;
+        self.start.known = false;
     }
 }

@@ -10,6 +10,7 @@
 //!              (h/gamma)(f(x0) - u'(0)) is the error of the embedded formula of order s with weight 1/gamma at x0
 //!
 //! Computed from these definitions with 60 digits; the tests below hold the digits to the definitions.
+use crate::split::Eigenvalues;
 
 /// One member of the family; matrices row by row.
 pub struct Scheme {
@@ -28,6 +29,10 @@ impl Scheme {
     #[cfg(test)]
     fn order(&self) -> usize {
         2 * self.s - 1
+    }
+
+    pub fn eigenvalues(&self) -> Eigenvalues<'_> {
+        Eigenvalues { gamma: Some(self.gamma), alpha: self.alpha, beta: self.beta }
     }
 
     /// Place of this scheme in `SCHEMES`.

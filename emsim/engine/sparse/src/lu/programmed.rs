@@ -44,7 +44,10 @@ impl Lu<f64> {
 impl<T: Scalar> Lu<T> {
     /// The same factors by a program. False where none is due yet, or the pivots do not serve.
     pub(super) fn refactor_by_program(&mut self, values: &[T]) -> bool {
-        if !self.is_written(Purpose::Factor, |lu| &mut lu.factor_alone, self.counters.refactors, Program::factor::<T>) {
+        let count = self.counters.refactors;
+        if self.factor_alone.program.is_none()
+            && !self.is_written(Purpose::Factor, |lu| &mut lu.factor_alone, count, Program::factor::<T>)
+        {
             return false;
         }
         let Some(program) = &mut self.factor_alone.program else { return false };
@@ -55,7 +58,10 @@ impl<T: Scalar> Lu<T> {
 
     /// b <- A^-1 b by a program. False, and b as it was, where none is due yet.
     pub(super) fn solve_by_program(&mut self, b: &mut [T]) -> bool {
-        if !self.is_written(Purpose::Solve, |lu| &mut lu.solve_alone, self.counters.solves, Program::solve::<T>) {
+        let count = self.counters.solves;
+        if self.solve_alone.program.is_none()
+            && !self.is_written(Purpose::Solve, |lu| &mut lu.solve_alone, count, Program::solve::<T>)
+        {
             return false;
         }
         let Some(program) = &mut self.solve_alone.program else { return false };
@@ -66,20 +72,9 @@ impl<T: Scalar> Lu<T> {
     }
 
     /// Is there a program, now that it has been asked for?
-    #[inline(always)]
-    fn is_written(
-        &mut self,
-        purpose: Purpose,
-        mut which: impl FnMut(&mut Self) -> &mut Recurring,
-        count: u64,
-        write: impl FnOnce(&Layout) -> Option<Program>,
-    ) -> bool {
-        which(self).program.is_some() || self.is_written_now(purpose, which, count, write)
-    }
-
     #[cold]
     #[inline(never)]
-    fn is_written_now(
+    fn is_written(
         &mut self,
         purpose: Purpose,
         mut which: impl FnMut(&mut Self) -> &mut Recurring,

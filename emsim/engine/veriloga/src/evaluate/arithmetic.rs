@@ -120,19 +120,11 @@ impl Elaborator<'_> {
 
     /// Strings can be compared, no more.
     pub(super) fn compared(&mut self, op: Operator, x: &str, eb: E, e: E) -> Answer<Val> {
-        use Operator::*;
         let Val::Text(y) = self.eval(eb)? else {
             return self.stop(self.place(eb), "a string is expected here", "strings stand in quotes");
         };
-        let y = &*y;
-        let holds = match op {
-            Equals => x == y,
-            Differs => x != y,
-            Less => x < y,
-            More => x > y,
-            AtMost => x <= y,
-            AtLeast => x >= y,
-            _ => return self.stop(self.place(e), "strings can only be compared", ""),
+        let Some(holds) = holds(op, x, &*y) else {
+            return self.stop(self.place(e), "strings can only be compared", "");
         };
         Ok(Val::Num(self.whole(f64::from(u8::from(holds)))))
     }
@@ -246,14 +238,7 @@ impl Elaborator<'_> {
     pub fn comparison(&mut self, op: Operator, a: Id, b: Id) -> Num {
         use Operator::*;
         if let (Some(x), Some(y)) = (self.g.value(a), self.g.value(b)) {
-            let holds = match op {
-                Equals => x == y,
-                Differs => x != y,
-                Less => x < y,
-                More => x > y,
-                AtMost => x <= y,
-                _ => x >= y,
-            };
+            let holds = holds(op, &x, &y) == Some(true);
             return self.whole(f64::from(u8::from(holds)));
         }
         if a == b {
@@ -355,4 +340,17 @@ impl Elaborator<'_> {
         };
         Num { whole, ..n }
     }
+}
+
+/// What a comparison comes to; None of other operators.
+fn holds<T: PartialOrd + ?Sized>(op: Operator, x: &T, y: &T) -> Option<bool> {
+    Some(match op {
+        Operator::Equals => x == y,
+        Operator::Differs => x != y,
+        Operator::Less => x < y,
+        Operator::More => x > y,
+        Operator::AtMost => x <= y,
+        Operator::AtLeast => x >= y,
+        _ => return None,
+    })
 }
