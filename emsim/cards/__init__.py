@@ -44,5 +44,6 @@ INDEX = {
     "BLOCK": "block Block",
     "PWM": "pwm Pwm",
     "FMU": "fmu Fmu",
+    "HEAT": "domains.heat Heat",
 }
 CARDS: Mapping[str, type[Card]] = Registry(__name__, INDEX)

@@ -120,6 +120,7 @@ if TYPE_CHECKING:
         def at_start(self, es: Sequence[Scalar]) -> list[float]: ...  # of coordinates; for laws
 
         in_space: bool
+        domains: Domains
 
         def parts(self, name: str | None = None) -> list[tuple[str, str, Shape]]: ...  # (name, body, shape)
         def joined(self, a: str, b: str) -> bool: ...  # does a joint join two bodies?
@@ -130,6 +131,17 @@ if TYPE_CHECKING:
         def load(
             self, joint: JointView
         ) -> Expr | None: ...  # with which its parts press on each other [N], 0 or more
+
+    class Domains(Protocol):
+        """Nodes of the other physical domains, and whose heat goes into them, see assemble/domains.py."""
+
+        @property
+        def surroundings(self) -> float: ...  # their temperature [K]
+        @property
+        def nominal(self) -> float: ...  # that numbers of models are for [K]
+        def named(self, domain: str, name: str, where: Span) -> int: ...  # the unknown of a node
+        def warm(self, owner: str, card: Card, where: Span) -> None: ...
+        def heat_of(self, owner: str) -> Expr: ...  # [W]
 
     class Pen(Protocol):
         """What a card draws on, see assemble/drawing.py. A place is [body, x, y, z] in the body's axes [m]."""
@@ -197,6 +209,7 @@ PROBES = {
     "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W",
     "id": "A", "iq": "A", "gap": "m", "slip": "m/s", "friction": "N", "mode": "", "hits": "", "impulse": "N s",
     "tension": "N", "length": "m",
+    "heat": "W", "flux": "Wb", "flow": "m^3/s",
 }  # fmt: skip
 
 
@@ -524,7 +537,7 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
     value = _with_pi(value)
     if param.kind == "value" or (param.kind == "shape" and not is_number(value)):
         return value
-    if param.kind in ("word", "flag"):
+    if param.kind in ("word", "flag", "heat", "owner"):
         word = str(int(value)) if is_number(value) and float(value).is_integer() else word_of(value)
         if param.kind == "flag":
             if word in ("yes", "true", "on", "1"):

@@ -19,7 +19,7 @@ from __future__ import annotations
 from math import pi
 
 from ..base import Default, Spec
-from .base import SHAFT, Machine
+from .base import MAGNETS, SHAFT, Machine
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -56,6 +56,7 @@ class Motor(Machine):
         istall=Default(None, "A", "data sheet: current at standstill at vnom", above=0.0),
         tstall=Default(None, "N m", "data sheet: torque at standstill, compared with kt istall", above=0.0),
         loss=Default("coulomb", "", "data sheet: what i0 overcomes, dry or viscous", "word", words=("coulomb", "viscous")),
+        **MAGNETS,
         **SHAFT,
     )  # fmt: skip
     kt: float | None
@@ -156,7 +157,7 @@ class Motor(Machine):
 
     def powers(self, s: Scene) -> Powers:
         i, w = s.b.x(self.row), self._speed()
-        result: Powers = [(self.torque_constant * i, w)]
+        result: Powers = [(self.weak * self.torque_constant * i, w)]
         if self.b:
             result.append((-self.b * w, w))
         return result
@@ -165,11 +166,13 @@ class Motor(Machine):
         i = s.b.x(self.row)
         s.add_f(self.plus, i)
         s.add_f(self.minus, -i)
-        s.add_f(self.row, self.r * i + self.emf_constant * self._speed() - s.v(self.plus, self.minus))
+        turned = self.weak * self.emf_constant * self._speed()
+        s.add_f(self.row, self.hot * self.r * i + turned - s.v(self.plus, self.minus))
         s.add_q(self.row, self.l * i)
+        self._give_heat(s)
 
     def thermal(self, s: Scene) -> Resistances:
-        return [("", self.r, s.b.x(self.row))] if self.r else []
+        return [("", self.hot * self.r, s.b.x(self.row))] if self.r else []
 
     def supplied(self, s: Scene) -> Scalar | None:
         """Nothing, where kt and ke are one number."""
@@ -178,11 +181,11 @@ class Motor(Machine):
     def imbalance(self, s: Scene) -> Scalar | None:
         """Power that appears from nowhere [W]."""
         gain = self.torque_constant - self.emf_constant
-        return gain * s.b.x(self.row) * self._speed() if gain else None
+        return self.weak * gain * s.b.x(self.row) * self._speed() if gain else None
 
     def _effort(self, s: Scene) -> Scalar:
         """On the joint, what the bearing takes left out: times its speed it is the power brought in."""
-        return self._lever() * (self.torque_constant * s.b.x(self.row) + self.drag())
+        return self._lever() * (self.weak * self.torque_constant * s.b.x(self.row) + self.drag())
 
     def probes(self, s: Scene) -> Probes:
         i, v = s.b.x(self.row), s.v(self.plus, self.minus)
@@ -198,7 +201,7 @@ class Motor(Machine):
 
     def losses(self, s: Scene) -> Scalar | None:
         i = s.b.x(self.row)
-        return self.r * i * i + self.friction()
+        return self.hot * self.r * i * i + self.friction()
 
     def stored(self, s: Scene) -> Scalar | None:
         i = s.b.x(self.row)
@@ -215,6 +218,8 @@ class Motor(Machine):
 
     def analogue(self, net: Net) -> None:
         """Winding, and an ideal transformer between the worlds: v = ke w, torque = kt i."""
+        if self.heat is not None or self.magnets is not None:
+            return net.refuse(self, "gives its heat to a node of another domain")
         if self.tc:
             return net.refuse(self, "has dry friction (tc=), and no element of a circuit has")
         b, a = net.across(self.joint.name)

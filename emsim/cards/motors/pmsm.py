@@ -13,7 +13,7 @@ from __future__ import annotations
 from math import pi, sqrt
 
 from ..base import Default, Spec
-from .base import SHAFT, Phase, Windings, clarke, star
+from .base import MAGNETS, SHAFT, Phase, Windings, clarke, star
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ class Pmsm(Windings):
         psi=Default(None, "V s", "flux linkage of a phase by the magnets, amplitude"),
         ke=Default(None, "V", "in place of psi: volts rms from line to line at 1000 rpm"),
         l0=Default(None, "H", "inductance to currents that flow through the star point; ld unless given", least=0.0),
+        **MAGNETS,
         **SHAFT,
     )  # fmt: skip
     p: float

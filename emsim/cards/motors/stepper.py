@@ -11,7 +11,7 @@ from __future__ import annotations
 from math import pi, sqrt
 
 from ..base import Default, Spec
-from .base import SHAFT, Phase, Windings
+from .base import MAGNETS, SHAFT, Phase, Windings
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ class Stepper(Windings):
         r=Default(0.0, "Ohm", "resistance of a phase", least=0.0),
         l=Default(None, "H", "inductance of a phase", above=0.0),
         td=Default(0.0, "N m", "detent torque, amplitude", least=0.0),
+        **MAGNETS,
         **SHAFT,
     )  # fmt: skip
     nr: float
