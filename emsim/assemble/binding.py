@@ -8,6 +8,7 @@ from ..cards import CARDS, quantities
 from ..diagnostics import Fix, instead, suggest
 from ..expr import Node, Scope, evaluate, names
 from ..opened import OpenNumber
+from .domains import Domains
 from .scene import FREE, JointState
 from .tree import GROUND
 
@@ -50,6 +51,7 @@ class Binding:
         self.drives: list[Drive] = []
         self.gears: list[Gear] = []
         self.joints: dict[str, JointState] = {}
+        self.domains = Domains(self)
         self._bind()
 
     def _bind(self) -> None:

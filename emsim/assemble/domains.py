@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..cards.base import Card
     from ..diagnostics import Span
-    from .mechanism import Mechanism
+    from .binding import Binding
 
 GROUND = ("0", "gnd")
 
@@ -25,8 +25,8 @@ class Domains:
     warms    owner -> card into whose node its heat goes
     """
 
-    def __init__(self, m: Mechanism) -> None:
-        self.m = m
+    def __init__(self, m: Binding) -> None:
+        self.m: Any = m  # once it is built, a Mechanism
         self.nodes: dict[str, dict[str, int]] = {key: {} for key in DOMAINS}
         self.places: dict[str, tuple[str, Span]] = {}
         self.warms: dict[str, Card] = {}
@@ -52,7 +52,9 @@ class Domains:
         if before is not None or name in self.m.ctx.nodes:
             other = "the electrical circuit" if before is None else f"the {before[0]} domain"
             said = f"`{name}` is a node of {other} already; a {DOMAINS[domain].card} has nodes of its own"
-            self.m.sink.error("E260", said, where, "take another name: what couples domains is a card of both")
+            self.m.sink.error(
+                "E260", said, where, "take another name: what couples domains is a card of both"
+            )
             return -1
         self.places[name] = (domain, where)
         row = self.m.b.unknown(f"{DOMAINS[domain].across}({name})", "node", unit, 0.0)
@@ -130,6 +132,7 @@ class Domains:
                 domain, span = self.places[name]
                 said = f"`{name}` is a node of the {domain} domain and of the electrical circuit"
                 m.sink.error("E260", said, span, "take another name: what couples domains is a card of both")
+        self._needs_point([c for c, _ in elements])
         parent: dict[int, int] = {}
 
         def root(x: int) -> int:
@@ -152,6 +155,20 @@ class Domains:
                 said = f"nothing says what {word.across}({name}) is: no way leads from `{name}` to 0, {word.ground}"
                 m.sink.error("E262", said, self.places[name][1], f"end a {word.card} branch at node 0")
                 m.broken = True
+
+    def _needs_point(self, cards: list[Any]) -> None:
+        """Windings begin with the flux that an operating point finds; under UIC with none, whatever magnets there are."""
+        windings = any(c.spec.word == "MAGNETIC" and c.form == "turns" for c in cards)
+        magnet = next((c for c in cards if getattr(c, "magnetises", False)), None)
+        if magnet is None or not windings:
+            return
+        for run in self.m.ctx.flat.analyses:
+            if run.kind == "tran" and "uic" in run.flags:
+                said = f"no operating point is looked for, so the flux that {magnet.spec.word} {magnet.name} drives is not known"
+                self.m.sink.error(
+                    "E263", said, run.span, "leave out uic", labels=[(magnet.span, "magnetises")]
+                )
+                self.m.broken = True
 
     def _start(self, cards: list[Any]) -> dict[int, float]:
         """Where runs begin: by node what the first card says that holds it there, else 0."""

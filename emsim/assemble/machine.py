@@ -19,8 +19,8 @@ from __future__ import annotations
 from math import isfinite
 
 from ..cards.coordinate import OnJointOrPoints
-from ..cards.joints.free import FreeInSpace
 from ..cards.domains import DOMAINS
+from ..cards.joints.free import FreeInSpace
 from ..cards.kinematics import constant, dot, is_zero, subtract
 from ..elements.base import BOLTZMANN, ZERO_CELSIUS
 from . import (

@@ -11,7 +11,6 @@ from ..expr import Node, names
 from ..opened import OpenNumber
 from . import asked
 from .binding import Binding
-from .domains import Domains
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -36,7 +35,6 @@ class Mechanism(Binding):
     def __init__(self, ctx: Context) -> None:
         super().__init__(ctx)
         self.active: list[Card] = []  # everything that contributes
-        self.domains = Domains(self)
         # the scene
         self.plan: Plan
         self.roots: dict[str, list[Coordinate]] = {}

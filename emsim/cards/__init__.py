@@ -45,5 +45,6 @@ INDEX = {
     "PWM": "pwm Pwm",
     "FMU": "fmu Fmu",
     "HEAT": "domains.heat Heat",
+    "MAGNETIC": "domains.magnetic Magnetic",
 }
 CARDS: Mapping[str, type[Card]] = Registry(__name__, INDEX)

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from .._engine import Builder, Expr
     from ..deck import MachineCard, Model, Ref
     from ..diagnostics import Sink, Span
+    from .domains import Shared
     from .laws import Law
     from .shapes import Shape
 
@@ -120,28 +121,15 @@ if TYPE_CHECKING:
         def at_start(self, es: Sequence[Scalar]) -> list[float]: ...  # of coordinates; for laws
 
         in_space: bool
-        domains: Domains
+
+        @property
+        def domains(self) -> Shared: ...
 
         def parts(self, name: str | None = None) -> list[tuple[str, str, Shape]]: ...  # (name, body, shape)
         def joined(self, a: str, b: str) -> bool: ...  # does a joint join two bodies?
         def is_still(self, body: str) -> bool: ...
-        def reaction(
-            self, name: str, place: int = 0
-        ) -> Expr: ...  # effort of a GEAR or DRIVE on its joint, of a card's row
-        def load(
-            self, joint: JointView
-        ) -> Expr | None: ...  # with which its parts press on each other [N], 0 or more
-
-    class Domains(Protocol):
-        """Nodes of the other physical domains, and whose heat goes into them, see assemble/domains.py."""
-
-        @property
-        def surroundings(self) -> float: ...  # their temperature [K]
-        @property
-        def nominal(self) -> float: ...  # that numbers of models are for [K]
-        def named(self, domain: str, name: str, where: Span) -> int: ...  # the unknown of a node
-        def warm(self, owner: str, card: Card, where: Span) -> None: ...
-        def heat_of(self, owner: str) -> Expr: ...  # [W]
+        def reaction(self, name: str, place: int = 0) -> Expr: ...  # of a GEAR, a DRIVE, a card's row
+        def load(self, joint: JointView) -> Expr | None: ...  # how its parts press on each other [N]
 
     class Pen(Protocol):
         """What a card draws on, see assemble/drawing.py. A place is [body, x, y, z] in the body's axes [m]."""
@@ -208,8 +196,7 @@ HUGE = 1e150  # squares of more than that are beyond what floating point holds
 PROBES = {
     "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W",
     "id": "A", "iq": "A", "gap": "m", "slip": "m/s", "friction": "N", "mode": "", "hits": "", "impulse": "N s",
-    "tension": "N", "length": "m",
-    "heat": "W", "flux": "Wb", "flow": "m^3/s",
+    "tension": "N", "length": "m", "heat": "W", "flux": "Wb", "flow": "m^3/s",
 }  # fmt: skip
 
 

@@ -35,8 +35,8 @@ TYPES = {
     "rad": "angle", "rad/s": "angular_velocity", "rad/s^2": "angular_acceleration",
     "m": "position", "m/s": "velocity", "m/s^2": "acceleration",
     "N": "force", "N m": "torque", "J": "energy", "W": "power",
-    "Wb": "flux", "K": "temperature", "Pa": "pressure", "m^3/s": "flow", "Ohm": "impedance", "S": "admittance", "F": "capacitance", "H": "inductance",
-    "dB": "decibel", "C": "temp-sweep",
+    "Wb": "flux", "Ohm": "impedance", "S": "admittance", "F": "capacitance", "H": "inductance",
+    "K": "temperature", "Pa": "pressure", "m^3/s": "flow", "dB": "decibel", "C": "temp-sweep",
     "": "notype",
 }  # fmt: skip
 UNITS = {word: unit for unit, word in TYPES.items()}

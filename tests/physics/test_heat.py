@@ -20,7 +20,11 @@ def run(text: str, options: str = "reltol=1e-8", analysis: str = ".tran 0.1 10")
 
 
 def test_a_body_that_is_heated_nears_its_last_temperature():
-    r = run("HEAT cap case c=10 ic=20degC\nHEAT way case 0 r=2\nHEAT src case p=5", "temp=27 reltol=1e-8", ".tran 1 100")
+    r = run(
+        "HEAT cap case c=10 ic=20degC\nHEAT way case 0 r=2\nHEAT src case p=5",
+        "temp=27 reltol=1e-8",
+        ".tran 1 100",
+    )
     t = np.asarray(r["time"])
     wanted = 310.15 + (293.15 - 310.15) * np.exp(-t / 20.0)
     np.testing.assert_allclose(r["temp(case)"], wanted, rtol=1e-8)
@@ -46,7 +50,7 @@ def test_a_wave_of_temperature_gets_into_a_wall_as_the_diffusion_has_it():
 
 
 def test_a_body_that_radiates_cools_by_the_fourth_power():
-    """t(T) in closed form: with k = eps sigma A/c and s the surroundings, 4 k s^3 t = ln((T+s)/(T-s)) + 2 atan(T/s) from T to 0."""
+    """t(T) in closed form: k = eps sigma A/c, s the surroundings, 4 k s^3 t the change of ln((T+s)/(T-s)) + 2 atan(T/s)."""
     r = run("HEAT cap ball c=100 ic=700\nHEAT glow ball 0 eps=0.8 area=0.1", "reltol=1e-9", ".tran 1 60")
     s, k = 300.15, 0.8 * 0.1 * SIGMA / 100.0
 
@@ -59,7 +63,8 @@ def test_a_body_that_radiates_cools_by_the_fourth_power():
 
 def test_a_resistor_warms_and_its_resistance_follows():
     """The fixed point: v^2/(R0 (1 + a dT)) r = dT is a quadratic."""
-    text = "V1 a 0 10\nR1 a 0 R={100*(1+4m*(temp(film)-300.15))}\nHEAT loss film of=r1\nHEAT way film 0 r=150\nHEAT cap film c=0.1"
+    text = "V1 a 0 10\nR1 a 0 R={100*(1+4m*(temp(film)-300.15))}\n"
+    text += "HEAT loss film of=r1\nHEAT way film 0 r=150\nHEAT cap film c=0.1"
     a, rise = 4e-3, 150.0 * 100.0 / 100.0
     wanted = (-1.0 + sqrt(1.0 + 4.0 * a * rise)) / (2.0 * a)
     r = run(text, analysis=".op")
@@ -107,7 +112,12 @@ def test_the_motor_of_the_example_is_as_warm_as_scipy_has_it(formulation):
         out = 12 * 15e-3 * (case - s) + 0.8 * SIGMA * 15e-3 * (case**4 - s**4)
         load = 30e-3 * np.tanh(w / 5)
         loss = res * i * i + b * w * w
-        return [(12 - res * i - k * w) / coil, (k * i - b * w - load) / inertia, (loss - between) / 5, (between - out) / 40]
+        return [
+            (12 - res * i - k * w) / coil,
+            (k * i - b * w - load) / inertia,
+            (loss - between) / 5,
+            (between - out) / 40,
+        ]
 
     # a run begins where the circuit is at rest with the rotor held
     first = 12 / (ohm * (1 + 3.93e-3 * (s - 300.15)))
@@ -139,7 +149,9 @@ def test_warm_magnets_give_torque_and_voltage_alike(kind, nodes, parameters):
     weak = " ".join(f"{key}={{{value}*{factors.get(key, 1.0)}}}" for key, value in words)
     cold = f"MOTOR m1 {nodes} h model=m\n.model m {kind} {weak}"
     one, other = (run(sources + rotor + text, "reltol=1e-9", ".tran 1m 50m uic") for text in (held, cold))
-    np.testing.assert_allclose(one["omega(h)"], other["omega(h)"], atol=1e-6 * np.max(np.abs(one["omega(h)"])))
+    np.testing.assert_allclose(
+        one["omega(h)"], other["omega(h)"], atol=1e-6 * np.max(np.abs(one["omega(h)"]))
+    )
 
 
 MESSAGES = [

@@ -1,7 +1,7 @@
 """Physical domains beside circuit and mechanism, as data: what is across a branch, what goes through it, in which units.
 
-Every domain has nodes of its own. A node is an unknown, the across quantity over that of ground, and its row is the balance of what
-goes through:
+Every domain has nodes of its own. A node is an unknown, the across quantity over that of ground, and its row is the balance of
+what goes through:
     heat       temperature over that of the surroundings [K], heat [W]: what goes through is itself a power
     magnetic   magnetomotive force [kA], flux [mWb]
     hydraulic  pressure over that of the surroundings [MPa], flow [cm^3/s]
@@ -13,8 +13,22 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Protocol
+
     from ..._engine import Expr
-    from ..base import Scalar, Scene
+    from ...diagnostics import Span
+    from ..base import Card, Scalar, Scene
+
+    class Shared(Protocol):
+        """Nodes of the other physical domains, and whose heat goes into them, see assemble/domains.py."""
+
+        @property
+        def surroundings(self) -> float: ...  # their temperature [K]
+        @property
+        def nominal(self) -> float: ...  # that numbers of models are for [K]
+        def named(self, domain: str, name: str, where: Span) -> int: ...  # the unknown of a node
+        def warm(self, owner: str, card: Card, where: Span) -> None: ...
+        def heat_of(self, owner: str) -> Expr: ...  # [W]
 
 
 class Domain:

@@ -1,4 +1,4 @@
-"""HEAT: what carries, keeps and brings heat between nodes of temperature. `0` is the surroundings, at the temperature of the deck.
+"""HEAT: what carries, keeps and brings heat between nodes of temperature. `0` is the surroundings, at the deck's temperature.
 
     r=    (Ta - Tb)/r                       conduction            c=    d/dt (c T)            heat capacity of node a
     h=    h area (Ta - Tb)                  convection            p=    heat brought into a   a source
@@ -6,8 +6,8 @@
     of=   what an element or card turns into heat goes into a, and is no loss of it any more
 Heat is a power by itself: nothing is lost on its way. What goes into the surroundings, or into what holds a temperature, has left
 the deck; that is what the balance of energy counts as dissipated. What a node holds is c times its temperature over that of the
-surroundings. A temperature is a state, as positions are: a run begins at ic= of the heat capacity, or that of the surroundings, and
-.op looks for the balance of heat.
+surroundings. A temperature is a state, as positions are: a run begins at ic= of the heat capacity, or that of the surroundings,
+and .op looks for the balance of heat.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from ..base import Pen, Probes, Scalar, Scene
 
 HEAT = DOMAINS["heat"]
-STEFAN_BOLTZMANN = 5.670374419e-8  # [W/(m^2 K^4)], CODATA 2018: exact, of k, h and c
 FORMS = ("r", "h", "eps", "c", "p", "t", "of")
 BETWEEN = ("r", "h", "eps")  # two nodes; the others have one
 
@@ -67,7 +66,9 @@ class Heat(Card):
         given = [key for key in FORMS if getattr(self, key) is not None]
         what = f"HEAT {self.name}"
         if len(given) != 1:
-            sink.error("E252", f"{what} needs exactly one of r= h= eps= c= p= t= of=", self.span, self.spec.form)
+            sink.error(
+                "E252", f"{what} needs exactly one of r= h= eps= c= p= t= of=", self.span, self.spec.form
+            )
             return
         self.form = given[0]
         nodes = 2 if self.form in BETWEEN else 1
@@ -112,8 +113,9 @@ class Heat(Card):
             return -s.domains.heat_of(str(self.of))
         if self.form == "eps":
             assert self.eps is not None and self.area is not None
+            sigma = 5.670374419e-8  # Stefan and Boltzmann [W/(m^2 K^4)], CODATA 2018: exact, of k, h and c
             a, b = level(s, HEAT, self.a), level(s, HEAT, self.b)
-            return (self.eps * self.area * STEFAN_BOLTZMANN) * (a * a * a * a - b * b * b * b)
+            return (self.eps * self.area * sigma) * (a * a * a * a - b * b * b * b)
         if self.form == "p":
             return -self._value(s)
         over = drop(s, HEAT, self.a, self.b)

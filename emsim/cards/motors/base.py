@@ -11,9 +11,6 @@ What magnets link at i = 0 is taken out of dW'/di and stands as its rate, their 
 current is, and an operating point with a turning rotor shows that voltage. What goes in is what is stored, what heats and what
 turns, whatever W' and G are:    v i = d/dt (i dW'/di - W') + r i^2 + torque w.
 The unknowns are currents, what is kept is flux linkage: no division by dW'/di^2 where iron saturates.
-With heat= what winding, bearing and brushes lose goes into a node of heat, and is as warm as that: r and, of magnets, what they link
-follow the temperature T. Slowly: dT/dt induces nothing.
-    r (1 + tc1 (T - tref))      magnets' flux (1 + tcm (T - tref)), in the torque and the back-EMF alike
 A phase is what stands between two terminals; its current is a sum of independent ones. In a star without neutral these are the
 currents of a and b, and i_c = -i_a - i_b: the star point needs no unknown.
 """
@@ -25,8 +22,8 @@ from math import sqrt
 from ...diagnostics import suggest
 from ...units import known_unit, machine_number, machine_number_problem, spice_number
 from .. import quantities
-from ..base import Card, Default, is_number, limit
-from ..domains import DOMAINS, level
+from ..base import Default, is_number, limit
+from ..domains.warmth import WARM, Warm
 from ..kinematics import dot, is_zero
 from ..laws import Relay
 
@@ -38,7 +35,7 @@ if TYPE_CHECKING:
     from ..._engine import Expr
     from ...deck import MachineCard, Model
     from ...diagnostics import Span
-    from ..base import JointView, Pen, Powers, Probes, Resistances, Scalar, Scene
+    from ..base import Card, JointView, Pen, Powers, Probes, Resistances, Scalar, Scene
     from ..laws import Law
 
 # of every rotor
@@ -54,21 +51,12 @@ SHAFT: dict[str, Any] = {
     "tc": Default(0.0, "N m (N)", "dry friction of brushes and bearing, on the motor's side; at rest it holds", least=0.0),
     "gear": Default(1.0, "", "motor turns per joint turn"),
     "radius": Default(None, "m", "radius of the pulley or pinion on a slide", above=0.0),
-    "heat": Default(None, "", "node of heat that its losses warm; what is tc1= and tcm= follows its temperature", "heat"),
-    "tc1": Default(0.0, "1/K", "by how much a part of itself the resistance rises, copper 3.93m"),
-    "tref": Default(None, "K", "temperature that the numbers are for; .options tnom", above=0.0),
+    **WARM,
     "model": Default(None, "", "name of the .model that gives any of these", "word"),
 }  # fmt: skip
 
 
-# of those with magnets
-MAGNETS: dict[str, Any] = {
-    "tcm": Default(0.0, "1/K", "by how much a part of itself the magnets' flux rises, below 0: NdFeB -1.1m, ferrite -2m"),
-    "magnets": Default(None, "", "node of heat that is as warm as the magnets; heat= unless given", "heat"),
-}  # fmt: skip
-
-
-class Machine(Card):
+class Machine(Warm):
     """A rotor on a joint; its parameters stand on the card or in a .model of type `type`."""
 
     of_type = ""
@@ -79,11 +67,6 @@ class Machine(Card):
     gear: float
     radius: float | None
     model: str | None
-    heat: str | None
-    tc1: float
-    tref: float | None
-    tcm = 0.0
-    magnets: str | None = None
     joint: JointView
     dry: Relay | None = None  # tc=
 
@@ -97,7 +80,7 @@ class Machine(Card):
 
     def prepare(self, s: Scene) -> None:
         self._read_model(s)
-        self._warm(s)
+        self.warm_up(s)
         if self.gear == 0.0:
             said = f"gear= of MOTOR {self.name} cannot be 0: the motor would turn nothing"
             s.sink.error("E238", said, self.place("gear"))
@@ -121,33 +104,6 @@ class Machine(Card):
         if self.radius is None:
             return along
         return (0.0, 0.0, 0.0) if along[2] else (0.0, 0.0, 1.0)
-
-    # temperature --------------------------------------------------------------------------------------
-
-    def _warm(self, s: Scene) -> None:
-        """What follows the temperature of its nodes: factors of resistances and magnets, 1 where there is none."""
-        self.warmth = -1
-        self.hot: Scalar = 1.0
-        self.weak: Scalar = 1.0
-        reference = s.domains.nominal if self.tref is None else self.tref
-        if self.heat is not None:
-            self.warmth = s.domains.named("heat", self.heat, self.place("heat"))
-            s.domains.warm(self.name, self, self.place("heat"))
-        for key, node, word in (("tc1", self.heat, "hot"), ("tcm", self.magnets or self.heat, "weak")):
-            coefficient = getattr(self, key)
-            if not coefficient:
-                continue
-            if node is None:
-                said = f"{key}= of MOTOR {self.name} is by temperature, and no node of heat says how warm it is"
-                s.sink.error("E230", said, self.place(key), "heat=node, and HEAT cards that lead its heat away")
-                continue
-            row = s.domains.named("heat", node, self.place("heat" if node == self.heat else "magnets"))
-            setattr(self, word, 1.0 + coefficient * (level(s, DOMAINS["heat"], row) - reference))
-
-    def _give_heat(self, s: Scene) -> None:
-        """Into the node of heat."""
-        if self.warmth >= 0:
-            s.add_f(self.warmth, -s.domains.heat_of(self.name))
 
     # parameters ---------------------------------------------------------------------------------------
 
@@ -356,7 +312,9 @@ class Windings(Machine):
         magnets = b.substitute(flux, [(i, 0.0) for i in self.i])
         flux = [whole - own if own.value != 0.0 else whole for whole, own in zip(flux, magnets, strict=True)]
         weaker = self.weak - 1.0
-        energy = energy + sum((weaker * own * i for own, i in zip(magnets, self.i, strict=True)), b.const(0.0))
+        energy = energy + sum(
+            (weaker * own * i for own, i in zip(magnets, self.i, strict=True)), b.const(0.0)
+        )
         magnets = [self.weak * own for own in magnets]
         induced = [b.grad(own, [th])[0] for own in magnets]
         resting = self.cogging(s, th)
@@ -399,7 +357,7 @@ class Windings(Machine):
             s.add_q(row, flux)
         for row, g in (*zip(self.rows, self.volts, strict=False), *zip(self.rows, self.induced, strict=True)):
             s.add_f(row, g * self._speed())
-        self._give_heat(s)
+        self.give_heat(s)
 
     def thermal(self, s: Scene) -> Resistances:
         return [

@@ -12,7 +12,8 @@ from __future__ import annotations
 from math import pi
 
 from ..base import Default, Spec
-from .base import MAGNETS, SHAFT, Phase, Windings, star
+from ..domains.warmth import MAGNETS
+from .base import SHAFT, Phase, Windings, star
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

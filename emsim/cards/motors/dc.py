@@ -19,7 +19,8 @@ from __future__ import annotations
 from math import pi
 
 from ..base import Default, Spec
-from .base import MAGNETS, SHAFT, Machine
+from ..domains.warmth import MAGNETS
+from .base import SHAFT, Machine
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -169,7 +170,7 @@ class Motor(Machine):
         turned = self.weak * self.emf_constant * self._speed()
         s.add_f(self.row, self.hot * self.r * i + turned - s.v(self.plus, self.minus))
         s.add_q(self.row, self.l * i)
-        self._give_heat(s)
+        self.give_heat(s)
 
     def thermal(self, s: Scene) -> Resistances:
         return [("", self.hot * self.r, s.b.x(self.row))] if self.r else []

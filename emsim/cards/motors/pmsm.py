@@ -13,7 +13,8 @@ from __future__ import annotations
 from math import pi, sqrt
 
 from ..base import Default, Spec
-from .base import MAGNETS, SHAFT, Phase, Windings, clarke, star
+from ..domains.warmth import MAGNETS
+from .base import SHAFT, Phase, Windings, clarke, star
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

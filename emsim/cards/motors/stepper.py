@@ -11,7 +11,8 @@ from __future__ import annotations
 from math import pi, sqrt
 
 from ..base import Default, Spec
-from .base import MAGNETS, SHAFT, Phase, Windings
+from ..domains.warmth import MAGNETS
+from .base import SHAFT, Phase, Windings
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
