@@ -38,6 +38,7 @@ UNITS = {
     "deg": pi / 180.0,
     "rad": 1.0,
     "rpm": 2.0 * pi / 60.0,
+    "bar": 1e5,
     "degc": 1.0,  # from its own zero: `machine_number`
 }
 # units that people write, with what to write instead; values on machine cards are SI already

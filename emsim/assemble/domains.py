@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from .binding import Binding
 
 GROUND = ("0", "gnd")
+CAPACITIES = {
+    "heat": ", or give it c=",
+    "hydraulic": ", or give it a vol= with bulk=",
+}  # what says it besides
 
 
 class Domains:
@@ -144,7 +148,13 @@ class Domains:
             for a, b in joins:
                 one, other = root(a), root(b)
                 parent[max(one, other)] = min(one, other)  # ground, -1, stays a root
-        known = {root(row) for row in self._start([c for c, _ in elements])}
+        begins = self._start([c for c, _ in elements])
+        known: set[int] = set()
+        for row, value in begins.items():
+            part = root(row)
+            if part != -1 and part not in known:
+                known.add(part)
+                self._hold(row, value)
         for domain, nodes in self.nodes.items():
             for name, row in nodes.items():
                 part = root(row)
@@ -153,8 +163,26 @@ class Domains:
                 known.add(part)
                 word = DOMAINS[domain]
                 said = f"nothing says what {word.across}({name}) is: no way leads from `{name}` to 0, {word.ground}"
-                m.sink.error("E262", said, self.places[name][1], f"end a {word.card} branch at node 0")
+                m.sink.error(
+                    "E262",
+                    said,
+                    self.places[name][1],
+                    f"end a {word.card} branch at node 0" + CAPACITIES.get(domain, ""),
+                )
                 m.broken = True
+
+    def _hold(self, row: int, value: float) -> None:
+        """At rest nothing leads to or from this part: operating points take it as it begins."""
+        b, ctx = self.m.b, self.m.ctx
+        at_rest = ctx.standstill() * (1.0 - ctx.small_signals())
+        b.add_f(row, 1e9 * at_rest * (b.x(row) - value))  # beside which no flow moves it
+        if any(run.kind != "tran" for run in ctx.flat.analyses):
+            name, domain = next(
+                (n, d) for d, nodes in self.nodes.items() for n, r in nodes.items() if r == row
+            )
+            word = DOMAINS[domain]
+            said = f"at rest nothing leads to or from `{name}`: operating points take {word.across}({name}) as it begins"
+            self.m.sink.note("N233", said, self.places[name][1], "a run says how it changes")
 
     def _needs_point(self, cards: list[Any]) -> None:
         """Windings begin with the flux that an operating point finds; under UIC with none, whatever magnets there are."""

@@ -46,5 +46,6 @@ INDEX = {
     "FMU": "fmu Fmu",
     "HEAT": "domains.heat Heat",
     "MAGNETIC": "domains.magnetic Magnetic",
+    "HYDRAULIC": "domains.hydraulic Hydraulic",
 }
 CARDS: Mapping[str, type[Card]] = Registry(__name__, INDEX)

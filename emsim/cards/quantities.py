@@ -28,6 +28,7 @@ FITS = {
     "deg": ("rad", "rad/s"),
     "rad": ("rad", "rad/s"),
     "rpm": ("rad/s",),
+    "bar": ("Pa",),
     "degc": ("K",),
 }
 OF_MOTION = {"turn": ("rad", "rad/s"), "slide": ("m", "m/s")}

@@ -4,8 +4,8 @@ Every domain has nodes of its own. A node is an unknown, the across quantity ove
 what goes through:
     heat       temperature over that of the surroundings [K], heat [W]: what goes through is itself a power
     magnetic   magnetomotive force [kA], flux [mWb]
-    hydraulic  pressure over that of the surroundings [MPa], flow [cm^3/s]
-In these units reluctances and hydraulic resistances are numbers near 1, and across times through is joule or watt as in SI. What
+    hydraulic  pressure over that of the surroundings [kPa], flow [l/s]
+In these units reluctances and hydraulic resistances are no giants, and across times through is joule or watt as in SI. What
 decks say and read is in SI: A, Wb, Pa, m^3/s. The cards of a domain are in a file of its name.
 """
 
@@ -49,7 +49,7 @@ class Domain:
 DOMAINS = {
     "heat": Domain("HEAT", ("temp", "K"), ("heat", "W"), 1.0, "the surroundings"),
     "magnetic": Domain("MAGNETIC", ("mmf", "A"), ("flux", "Wb"), 1e3, "the zero of magnetomotive force"),
-    "hydraulic": Domain("HYDRAULIC", ("pressure", "Pa"), ("flow", "m^3/s"), 1e6, "the surroundings"),
+    "hydraulic": Domain("HYDRAULIC", ("pressure", "Pa"), ("flow", "m^3/s"), 1e3, "the surroundings"),
 }
 ACROSS = {domain.across: key for key, domain in DOMAINS.items()}
 

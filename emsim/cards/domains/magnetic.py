@@ -38,7 +38,7 @@ OF_FORM = {"area": ("gap", "len"), "mur": ("len",), "bsat": ("len",), "br": ("le
 class Magnetic(Card):
     spec = Spec(
         "MAGNETIC",
-        "MAGNETIC name a b [joint] r= (or gap= area=), or name a b len= area= mur= [bsat= or br=], or a b n+ n- turns=, or a b mmf=",
+        "MAGNETIC name a b [joint] r= (or gap= area=), or a b len= area= mur= [bsat= or br=], or a b n+ n- turns=, or a b mmf=",
         terminals="a:magnetic b:magnetic | a:magnetic b:magnetic joint:joint | a:magnetic b:magnetic plus:node minus:node",
         mark=FORMS,
         meaning="a reluctance, an air gap, iron, a magnet, a winding, or a source of magnetomotive force",
