@@ -182,7 +182,7 @@ class Domains:
             )
             word = DOMAINS[domain]
             said = f"at rest nothing leads to or from `{name}`: operating points take {word.across}({name}) as it begins"
-            self.m.sink.note("N233", said, self.places[name][1], "a run says how it changes")
+            self.m.sink.note("N234", said, self.places[name][1], "a run says how it changes")
 
     def _needs_point(self, cards: list[Any]) -> None:
         """Windings begin with the flux that an operating point finds; under UIC with none, whatever magnets there are."""

@@ -8,7 +8,6 @@ coordinates, coupling forces). `.save` narrows that; `.save all` keeps it, and `
 
 from __future__ import annotations
 
-from ..cards.domains import DOMAINS
 from ..diagnostics import suggest
 from ..expr import MEASURED, MECHANICAL, SIGNAL, Binary, Call, Cond, Name, Node, Num, Unary, to_text
 from ..functions import IN_SOURCES, KNOWN, OF_COLUMNS, SAME
@@ -32,7 +31,7 @@ UNITS = {
     "fx": "N", "fy": "N", "fz": "N", "mx": "N m", "my": "N m", "mz": "N m", "force": "N", "torque": "N m",
     "id": "A", "iq": "A",
     "gap": "m", "slip": "m/s", "friction": "N", "impulse": "N s", "tension": "N", "length": "m",
-    **{d.across: d.unit for d in DOMAINS.values()}, **{d.through: d.through_unit for d in DOMAINS.values()},
+    "temp": "K", "mmf": "A", "pressure": "Pa", "heat": "W", "flux": "Wb", "flow": "m^3/s",
     "cph": "rad", "cphase": "rad",
     **{name: f.unit for name, f in KNOWN.items() if f.unit not in ("", SAME)},
 }  # fmt: skip

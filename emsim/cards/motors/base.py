@@ -150,7 +150,7 @@ class Machine(Warm):
         for key, value in model.params.items():
             where = model.param_spans.get(key, model.span)
             param = self.spec.params.get(key)
-            if param is None or key == "model":
+            if param is None or key == "model" or param.kind == "heat":
                 near = suggest(key, self.spec.params)
                 s.sink.error(
                     "E231",
