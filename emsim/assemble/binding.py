@@ -127,7 +127,7 @@ class Binding:
             if not isinstance(value, Node) or key not in kind.spec.params:
                 continue
             of = set(names(value))
-            if kind.spec.params[key].kind == "number" and of and of <= inputs.keys():
+            if kind.spec.params[key].kind in ("number", "formula") and of and of <= inputs.keys():
                 place = raw.param_spans.get(key, raw.span)
                 start = evaluate(value, Scope(inputs))
                 params[key] = OpenNumber(self.ctx.compile(value, place), start, frozenset(of), inputs)

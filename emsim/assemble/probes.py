@@ -305,6 +305,9 @@ def _coupling(m: Mechanism, fn: str, name: str, span: Span | None, part: str = "
             return own.currents[k - 1]
         calls = ", ".join(f"i({name},{k + 1})" for k in range(len(own.currents)))
         return _error(m, "E249", f"the energy of {name} has no {fn}({name}{part})", span, f"it has: {calls}")
+    if own is not None and own.card == name:
+        said = f"{fn}({name}) is part of what decides it"
+        return _error(m, "E255", said, span, "break the circle of expressions")
     card = m.couplings.get(name)
     if card is None:
         joint = m.joints.get(name)

@@ -34,6 +34,7 @@ from __future__ import annotations
 from math import pi
 
 from ..diagnostics import Diagnostic, Fix, Span, did_you_mean, instead, suggest
+from ..expr import Node
 from ..opened import OpenNumber
 from ..units import UNITS
 
@@ -201,7 +202,7 @@ PROBES = {
 
 
 class Param:
-    """One parameter. kind: number, value (number, expression or waveform), vector, word, shape, flag."""
+    """One parameter. kind: number, formula (or expression), value (or waveform), vector, word, shape, flag, heat, owner."""
 
     __slots__ = ("above", "default", "kind", "least", "meaning", "required", "unit", "words")
 
@@ -522,7 +523,8 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
     """The value in the kind the spec asks for; reports and returns the default when it does not fit."""
     where, what = raw.param_spans.get(key, raw.span), f"{key}= of {raw.kind} {raw.name}"
     value = _with_pi(value)
-    if param.kind == "value" or (param.kind == "shape" and not is_number(value)):
+    as_given = {"value": True, "formula": isinstance(value, Node), "shape": not is_number(value)}
+    if as_given.get(param.kind, False):
         return value
     if param.kind in ("word", "flag", "heat", "owner"):
         word = str(int(value)) if is_number(value) and float(value).is_integer() else word_of(value)

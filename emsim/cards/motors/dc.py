@@ -5,6 +5,7 @@
 w is the rotor against its stator, which A carries: what turns the winding's voltage and the bearing. The rotor's energy is
 that of its whole speed about its axis, A's own turn w_A about that axis counted in, so a wheel on a satellite turns the
 satellite back, and the gyroscopic moment of a rotor on an arm follows.
+kt and r may be expressions of the motor's own current, of coordinates, temperatures: one kt makes torque and back-EMF alike.
 With kt = ke the electrical power ke w i is the mechanical power kt i w; where they differ, (kt - ke) i w
 watts appear from nowhere, and `imbalance` says how many.
 + current into the first node turns B counter-clockwise (along +axis).
@@ -18,12 +19,15 @@ from __future__ import annotations
 
 from math import pi
 
-from ..base import Default, Spec
+from ...expr import Node
+from ..base import Default, Own, Spec
 from ..domains.warmth import MAGNETS
 from .base import SHAFT, Machine
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from ..base import Net, Pen, Powers, Probes, Resistances, Scalar, Scene
 
 SHEET = ("vnom", "n0", "i0", "istall")
@@ -45,10 +49,13 @@ class Motor(Machine):
             "i": "l di/dt + r i + ke w = v, torque kt i, w = gear u",
         },
         kt=Default(
-            None, "N m/A (N/A on a slide without radius)", "torque per ampere; equals ke unless given"
+            None,
+            "N m/A (N/A on a slide without radius)",
+            "torque per ampere: number or {expression}; equals ke unless given",
+            "formula",
         ),
         ke=Default(None, "V s/rad (V s/m)", "back-EMF per speed; equals kt unless given"),
-        r=Default(0.0, "Ohm", "resistance of the winding", least=0.0),
+        r=Default(0.0, "Ohm", "resistance of the winding: number or {expression}", "formula", least=0.0),
         l=Default(0.0, "H", "inductance of the winding", least=0.0),
         kv=Default(None, "rpm/V", "turns per volt, in place of kt: kt = 60/(2 pi kv)", above=0.0),
         vnom=Default(None, "V", "data sheet: nominal voltage; with n0= i0= istall= it says kt, r and tc", above=0.0),
@@ -60,10 +67,10 @@ class Motor(Machine):
         **MAGNETS,
         **SHAFT,
     )  # fmt: skip
-    kt: float | None
+    kt: Any
     ke: float | None
     kv: float | None
-    r: float
+    r: Any
     l: float  # noqa: E741
     vnom: float | None
     n0: float | None
@@ -75,6 +82,7 @@ class Motor(Machine):
     minus: int
 
     def prepare(self, s: Scene) -> None:
+        self.changes: list[str] = []
         super().prepare(s)
         if self.kv is not None:
             self._from_kv(s)
@@ -86,9 +94,25 @@ class Motor(Machine):
                     "E230", f"MOTOR {self.name} needs kt= (torque per ampere)", self.span, self.spec.form
                 )
             self.kt = self.ke = 0.0
-        self.torque_constant = self.kt if self.kt is not None else self.ke or 0.0
-        self.emf_constant = self.ke if self.ke is not None else self.kt or 0.0
         self.row = s.branch(self.name)
+        self._formulas(s)
+        self.torque_constant: Any = self.ke if self.kt is None else self.kt
+        self.emf_constant: Any = self.kt if self.ke is None else self.ke
+
+    def _formulas(self, s: Scene) -> None:
+        """kt= and r= that change, by the motor's own current too."""
+        own = Own(self.name, None, [s.b.x(self.row)], {})
+        for key in ("kt", "r"):
+            value = getattr(self, key)
+            if isinstance(value, Node):
+                setattr(self, key, s.compile_energy(value, self.place(key), own))
+                self.changes.append(key)
+        if "r" in self.changes:
+            s.told(
+                -self.r,
+                f"{self.name} source",
+                f"r= of MOTOR {self.name} is below 0, which makes a source of it",
+            )
 
     def _from_kv(self, s: Scene) -> None:
         """Volts per rad/s from turns per minute and volt."""
@@ -103,6 +127,10 @@ class Motor(Machine):
 
     def _from_sheet(self, s: Scene) -> None:
         """r, kt and friction of a data sheet."""
+        if any(isinstance(getattr(self, key), Node) for key in ("kt", "r")):
+            said = f"MOTOR {self.name} has a data sheet, and kt= or r= by an expression"
+            s.sink.error("E231", said, self.span, "give kt= and r=, or numbers for both")
+            self.kt, self.r = 1.0, 1.0
         missing = [f"{key}=" for key in SHEET if getattr(self, key) is None]
         if missing:
             said = f"MOTOR {self.name} has part of a data sheet; missing: {', '.join(missing)}"
@@ -181,7 +209,7 @@ class Motor(Machine):
 
     def imbalance(self, s: Scene) -> Scalar | None:
         """Power that appears from nowhere [W]."""
-        gain = self.torque_constant - self.emf_constant
+        gain = 0.0 if self.kt is None or self.ke is None else self.torque_constant - self.emf_constant
         return self.weak * gain * s.b.x(self.row) * self._speed() if gain else None
 
     def _effort(self, s: Scene) -> Scalar:
@@ -219,6 +247,8 @@ class Motor(Machine):
 
     def analogue(self, net: Net) -> None:
         """Winding, and an ideal transformer between the worlds: v = ke w, torque = kt i."""
+        if self.changes:
+            return net.refuse(self, f"has {self.changes[0]}= by an expression")
         if self.heat is not None or self.magnets is not None:
             return net.refuse(self, "gives its heat to a node of another domain")
         if self.tc:
