@@ -523,8 +523,7 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
     """The value in the kind the spec asks for; reports and returns the default when it does not fit."""
     where, what = raw.param_spans.get(key, raw.span), f"{key}= of {raw.kind} {raw.name}"
     value = _with_pi(value)
-    as_given = {"value": True, "formula": isinstance(value, Node), "shape": not is_number(value)}
-    if as_given.get(param.kind, False):
+    if {"value": True, "formula": isinstance(value, Node), "shape": not is_number(value)}.get(param.kind):
         return value
     if param.kind in ("word", "flag", "heat", "owner"):
         word = str(int(value)) if is_number(value) and float(value).is_integer() else word_of(value)

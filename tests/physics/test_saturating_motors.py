@@ -116,6 +116,7 @@ def test_friction_follows_a_temperature():
 
 
 MESSAGES = [
+    ("MOTOR m n 0 h kt={1+time} ke=2", "E231", "ke="),
     ("MOTOR m n 0 h kt={torque(m)} r=1", "E255", "torque(m)"),
     ("MOTOR m n 0 h vnom=9 n0=1 i0=1 istall=5 kt={1+time}", "E231", "express"),
     ("MOTOR m n 0 0 h model=k\n.model k bldc p=2 ke=1 l=1 isat=3", "E231", "isat="),
@@ -127,6 +128,13 @@ def test_what_such_a_motor_cannot_be_is_told(text, code, words):
     with pytest.raises(emsim.DeckError) as told:
         run(f"V9 n 0 1\nBODY b m=1 j=1\nJOINT h 0 b pin\n{text}")
     assert any(d.code == code and words in d.message for d in told.value.diagnostics), told.value
+
+
+def test_a_resistance_by_an_expression_makes_its_noise():
+    """4 k T r, as that of a number."""
+    text = "BODY b m=1 j=1\nJOINT h 0 b pin\nDRIVE d h q=0\nV1 n 0 0 ac 1\nR1 n a 5\nMOTOR m a 0 h kt=1 l=1m r={}"
+    one, other = (run(text.format(r), analysis=".noise v(a) V1 lin 3 10 1k") for r in ("7", "{7+0*i(m)}"))
+    np.testing.assert_allclose(one["onoise_spectrum"], other["onoise_spectrum"], rtol=1e-9)
 
 
 def test_a_resistance_below_0_is_told():

@@ -48,12 +48,7 @@ class Motor(Machine):
             "P": "r i^2 + b w^2 + tc |w|",
             "i": "l di/dt + r i + ke w = v, torque kt i, w = gear u",
         },
-        kt=Default(
-            None,
-            "N m/A (N/A on a slide without radius)",
-            "torque per ampere: number or {expression}; equals ke unless given",
-            "formula",
-        ),
+        kt=Default(None, "N m/A (N/A on a slide without radius)", "torque per ampere, or {expression}; ke unless given", "formula"),
         ke=Default(None, "V s/rad (V s/m)", "back-EMF per speed; equals kt unless given"),
         r=Default(0.0, "Ohm", "resistance of the winding: number or {expression}", "formula", least=0.0),
         l=Default(0.0, "H", "inductance of the winding", least=0.0),
@@ -107,6 +102,10 @@ class Motor(Machine):
             if isinstance(value, Node):
                 setattr(self, key, s.compile_energy(value, self.place(key), own))
                 self.changes.append(key)
+        if "kt" in self.changes and self.ke is not None:
+            said = f"MOTOR {self.name} has kt= by an expression and ke=: what one makes and the other takes would differ"
+            s.sink.error("E231", said, self.place("ke"), "leave ke= out: one kt makes torque and back-EMF")
+            self.ke = None
         if "r" in self.changes:
             s.told(
                 -self.r,
@@ -201,7 +200,7 @@ class Motor(Machine):
         self.give_heat(s)
 
     def thermal(self, s: Scene) -> Resistances:
-        return [("", self.hot * self.r, s.b.x(self.row))] if self.r else []
+        return [("", self.hot * self.r, s.b.x(self.row))] if "r" in self.changes or self.r else []
 
     def supplied(self, s: Scene) -> Scalar | None:
         """Nothing, where kt and ke are one number."""

@@ -13,7 +13,8 @@ All of the rotor is referred to the stator. Phases in a star; i0 flows where its
 from __future__ import annotations
 
 from ..base import Default, Spec
-from .base import SHAFT, Phase, Windings, clarke, saturates, star
+from ..domains.iron import saturates
+from .base import SHAFT, Phase, Windings, clarke, star
 from .pmsm import zero_sequence
 
 TYPE_CHECKING = False

@@ -15,8 +15,9 @@ from __future__ import annotations
 from math import pi, sqrt
 
 from ..base import Default, Spec
+from ..domains.iron import saturates
 from ..domains.warmth import MAGNETS
-from .base import SHAFT, Phase, Windings, clarke, saturates, star
+from .base import SHAFT, Phase, Windings, clarke, star
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
