@@ -215,7 +215,8 @@ def test_a_pressure_below_vacuum_is_told():
 
 def test_nodes_of_every_domain_go_through_subcircuits():
     r = run(
-        ".subckt coil m1 m2 p n nn=100\nMAGNETIC w m1 m2 p n turns={nn}\nR1 p n 5\nHEAT loss inner of=r1\nHEAT way inner 0 r=2\n.ends\n"
+        ".subckt coil m1 m2 p n nn=100\nMAGNETIC w m1 m2 p n turns={nn}\nR1 p n 5\n"
+        "HEAT loss inner of=r1\nHEAT way inner 0 r=2\n.ends\n"
         ".subckt room port\nHYDRAULIC w port 0 r=1e9\n.ends\n"
         "X1 top 0 a 0 coil nn=200\nMAGNETIC c top 0 r=1meg\nI1 0 a 2\nR2 a 0 5\nX2 line room\nHYDRAULIC s line q=1m\n"
         ".print op flux(c) i(x1.w) temp(x1.inner) pressure(line) flow(x2.w)",

@@ -48,7 +48,7 @@ class Motor(Machine):
             "P": "r i^2 + b w^2 + tc |w|",
             "i": "l di/dt + r i + ke w = v, torque kt i, w = gear u",
         },
-        kt=Default(None, "N m/A (N/A on a slide without radius)", "torque per ampere, or {expression}; ke unless given", "formula"),
+        kt=Default(None, "N m/A (N/A on a slide, no radius)", "torque per ampere, or {expression}; ke if left out", "formula"),
         ke=Default(None, "V s/rad (V s/m)", "back-EMF per speed; equals kt unless given"),
         r=Default(0.0, "Ohm", "resistance of the winding: number or {expression}", "formula", least=0.0),
         l=Default(0.0, "H", "inductance of the winding", least=0.0),
