@@ -59,8 +59,9 @@ class Domains:
             self.m.sink.error(
                 "E260", said, where, "take another name: what couples domains is a card of both"
             )
-            return -1
-        self.places[name] = (domain, where)
+            self.m.broken = True
+        else:
+            self.places[name] = (domain, where)
         row = self.m.b.unknown(f"{DOMAINS[domain].across}({name})", "node", unit, 0.0)
         self.nodes[domain][name] = row
         return row

@@ -48,9 +48,11 @@ class Motor(Machine):
             "P": "r i^2 + b w^2 + tc |w|",
             "i": "l di/dt + r i + ke w = v, torque kt i, w = gear u",
         },
-        kt=Default(None, "N m/A (N/A on a slide, no radius)", "torque per ampere, or {expression}; ke if left out", "formula"),
+        kt=Default(
+            None, "N m/A (N/A on a slide without radius)", "torque per ampere; equals ke unless given", "formula"
+        ),
         ke=Default(None, "V s/rad (V s/m)", "back-EMF per speed; equals kt unless given"),
-        r=Default(0.0, "Ohm", "resistance of the winding: number or {expression}", "formula", least=0.0),
+        r=Default(0.0, "Ohm", "resistance of the winding", "formula", least=0.0),
         l=Default(0.0, "H", "inductance of the winding", least=0.0),
         kv=Default(None, "rpm/V", "turns per volt, in place of kt: kt = 60/(2 pi kv)", above=0.0),
         vnom=Default(None, "V", "data sheet: nominal voltage; with n0= i0= istall= it says kt, r and tc", above=0.0),
