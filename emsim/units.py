@@ -38,6 +38,8 @@ UNITS = {
     "deg": pi / 180.0,
     "rad": 1.0,
     "rpm": 2.0 * pi / 60.0,
+    "bar": 1e5,
+    "degc": 1.0,  # from its own zero: `machine_number`
 }
 # units that people write, with what to write instead; values on machine cards are SI already
 _KNOWN_UNITS = {
@@ -161,6 +163,8 @@ def machine_number(text: str) -> float | None:
     low = letters.lower()
     if not low or low in _EXPONENTS or low == "mil":
         return spice_number(text)
+    if low == "degc":
+        return float(mantissa) - ABSOLUTE_ZERO
     if low in UNITS:
         return float(mantissa) * UNITS[low]
     return None
@@ -208,9 +212,10 @@ _IN_BASE: dict[str, dict[str, int]] = {
     "C": {"A": 1, "s": 1}, "V": {"kg": 1, "m": 2, "s": -3, "A": -1}, "Ohm": {"kg": 1, "m": 2, "s": -3, "A": -2},
     "S": {"kg": -1, "m": -2, "s": 3, "A": 2}, "F": {"kg": -1, "m": -2, "s": 4, "A": 2},
     "H": {"kg": 1, "m": 2, "s": -2, "A": -2}, "Wb": {"kg": 1, "m": 2, "s": -2, "A": -1}, "Hz": {"s": -1},
+    "Pa": {"kg": 1, "m": -1, "s": -2}, "K": {"K": 1},
 }  # fmt: skip
 # what a product is called, where it has a name
-_NAMED = ("V", "A", "W", "J", "Ohm", "S", "F", "H", "Wb", "N", "m", "kg", "s", "Hz")
+_NAMED = ("V", "A", "W", "J", "Ohm", "S", "F", "H", "Wb", "N", "m", "kg", "s", "Hz", "Pa", "K")
 
 
 def product(a: str, b: str, sign: int = 1) -> str:

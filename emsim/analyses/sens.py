@@ -398,7 +398,7 @@ def _by_cards(
             spec = CARDS[card.kind].spec.params.get(key)
             if (
                 spec is None
-                or spec.kind not in ("number", "value", "vector")
+                or spec.kind not in ("number", "formula", "value", "vector")
                 or not isinstance(number, float)
                 or key in PLACES
             ):

@@ -29,6 +29,7 @@ def accounts(ctx: Context) -> Accounts:
     if ctx.machine is not None and not ctx.machine.broken:
         _machine(ctx.machine, book)
     _shunts(ctx, book)
+    _led_away(ctx, book)
     return book
 
 
@@ -43,6 +44,12 @@ def _shunts(ctx: Context, book: Accounts) -> None:
             book.power(name, "shunt", DISSIPATED, shunt * v * v)
         if ctx.options.get("cshunt"):
             book.energy(name, "shunt", STORED, 0.5 * ctx.options["cshunt"] * v * v)
+
+
+def _led_away(ctx: Context, book: Accounts) -> None:
+    """Heat that goes into nodes of heat is no loss."""
+    if ctx.machine is not None and not ctx.machine.broken:
+        ctx.machine.domains.led_away(book)
 
 
 WHOLE = {"energy": STORED, "loss": DISSIPATED, "supplied": SUPPLIED}
@@ -67,6 +74,7 @@ def whole(ctx: Context, fn: str, span: Span | None) -> Expr:
             if fn == "supplied":
                 _drives_now(ctx.machine, book)
         _shunts(ctx, book)
+        _led_away(ctx, book)
     finally:
         ctx.summing.discard(key)
     result = ctx.b.const(0.0)

@@ -8,6 +8,7 @@ from ..cards import CARDS, quantities
 from ..diagnostics import Fix, instead, suggest
 from ..expr import Node, Scope, evaluate, names
 from ..opened import OpenNumber
+from .domains import Domains
 from .scene import FREE, JointState
 from .tree import GROUND
 
@@ -50,6 +51,7 @@ class Binding:
         self.drives: list[Drive] = []
         self.gears: list[Gear] = []
         self.joints: dict[str, JointState] = {}
+        self.domains = Domains(self)
         self._bind()
 
     def _bind(self) -> None:
@@ -125,7 +127,7 @@ class Binding:
             if not isinstance(value, Node) or key not in kind.spec.params:
                 continue
             of = set(names(value))
-            if kind.spec.params[key].kind == "number" and of and of <= inputs.keys():
+            if kind.spec.params[key].kind in ("number", "formula") and of and of <= inputs.keys():
                 place = raw.param_spans.get(key, raw.span)
                 start = evaluate(value, Scope(inputs))
                 params[key] = OpenNumber(self.ctx.compile(value, place), start, frozenset(of), inputs)

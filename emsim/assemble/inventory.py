@@ -24,7 +24,7 @@ def default_outputs(m: Mechanism) -> list[str]:
             kind, comma, part = word.partition(",")
             if kind in ("force", "torque") and not callable(value):
                 names.append(f"{kind}({card.name}{comma}{part})")
-    return names
+    return names + m.domains.outputs()
 
 
 def report(m: Mechanism) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from __future__ import annotations
 from math import isfinite
 
 from ..cards.coordinate import OnJointOrPoints
+from ..cards.domains import DOMAINS
 from ..cards.joints.free import FreeInSpace
 from ..cards.kinematics import constant, dot, is_zero, subtract
 from ..elements.base import BOLTZMANN, ZERO_CELSIUS
@@ -317,6 +318,8 @@ class Machine(Mechanism):
                     target.body = None if on_joint else self.frames[ref.name]
                 elif kind == "joint":
                     setattr(target, label, self.joints[ref.name])
+                elif kind in DOMAINS:
+                    setattr(target, label, self.domains.named(kind, ref.name, ref.span))
             self.active.append(card)
         for card in self.active[count:]:
             card.prepare(self)
@@ -325,6 +328,7 @@ class Machine(Mechanism):
             power = gain(self) if gain is not None else None
             if power is not None:
                 self.imbalances.append((card.name, self.public(power)))
+        self.domains.check()
         self.active += [*shafts.couple(self), *hands.couple(self)]
 
     def _own_rows(self, card: Card) -> None:

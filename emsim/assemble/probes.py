@@ -8,6 +8,7 @@ unknowns of their own: Q is what is differentiated, F = -unknown.
 from __future__ import annotations
 
 from ..cards.base import PROBES as CARD_PROBES
+from ..cards.domains import ACROSS
 from ..cards.joints import WORDS
 from ..cards.kinematics import WORLD_AXES, dot
 from ..diagnostics import Fix, instead, suggest
@@ -45,6 +46,8 @@ def probe(m: Mechanism, fn: str, args: list[Node], span: Span | None) -> Expr | 
     if not args and fn in WHOLE:
         return m.own_aware(_whole(m, fn))
     names = [_name(a) for a in args]
+    if fn in ACROSS and len(args) == 1 and names[0]:
+        return m.domains.read(ACROSS[fn], names[0], span)
     if fn in PLACES and len(args) == 1:
         return _place(m, fn, args[0], span)
     if (
@@ -302,6 +305,9 @@ def _coupling(m: Mechanism, fn: str, name: str, span: Span | None, part: str = "
             return own.currents[k - 1]
         calls = ", ".join(f"i({name},{k + 1})" for k in range(len(own.currents)))
         return _error(m, "E249", f"the energy of {name} has no {fn}({name}{part})", span, f"it has: {calls}")
+    if own is not None and own.card == name:
+        said = f"{fn}({name}) is part of what decides it"
+        return _error(m, "E255", said, span, "break the circle of expressions")
     card = m.couplings.get(name)
     if card is None:
         joint = m.joints.get(name)

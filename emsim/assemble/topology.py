@@ -117,6 +117,8 @@ def _machine_edges(ctx: Context) -> Iterator[Edge]:
         elif card.kind == "POT" and len(nodes) >= 3:
             yield Edge(card, nodes[0], nodes[1], "conducts")
             yield Edge(card, nodes[1], nodes[2], "conducts")
+        elif card.kind == "MAGNETIC" and len(nodes) >= 4:
+            yield Edge(card, nodes[2], nodes[3], "inductor")
         elif card.kind == "TRANSDUCER" and card.groups:
             for k in range(card.groups[0] // 2):
                 yield Edge(card, nodes[2 * k], nodes[2 * k + 1], "inductor", f",{k + 1}")

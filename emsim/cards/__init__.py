@@ -44,5 +44,8 @@ INDEX = {
     "BLOCK": "block Block",
     "PWM": "pwm Pwm",
     "FMU": "fmu Fmu",
+    "HEAT": "domains.heat Heat",
+    "MAGNETIC": "domains.magnetic Magnetic",
+    "HYDRAULIC": "domains.hydraulic Hydraulic",
 }
 CARDS: Mapping[str, type[Card]] = Registry(__name__, INDEX)

@@ -34,6 +34,7 @@ from __future__ import annotations
 from math import pi
 
 from ..diagnostics import Diagnostic, Fix, Span, did_you_mean, instead, suggest
+from ..expr import Node
 from ..opened import OpenNumber
 from ..units import UNITS
 
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from .._engine import Builder, Expr
     from ..deck import MachineCard, Model, Ref
     from ..diagnostics import Sink, Span
+    from .domains import Shared
     from .laws import Law
     from .shapes import Shape
 
@@ -121,15 +123,14 @@ if TYPE_CHECKING:
 
         in_space: bool
 
+        @property
+        def domains(self) -> Shared: ...
+
         def parts(self, name: str | None = None) -> list[tuple[str, str, Shape]]: ...  # (name, body, shape)
         def joined(self, a: str, b: str) -> bool: ...  # does a joint join two bodies?
         def is_still(self, body: str) -> bool: ...
-        def reaction(
-            self, name: str, place: int = 0
-        ) -> Expr: ...  # effort of a GEAR or DRIVE on its joint, of a card's row
-        def load(
-            self, joint: JointView
-        ) -> Expr | None: ...  # with which its parts press on each other [N], 0 or more
+        def reaction(self, name: str, place: int = 0) -> Expr: ...  # of a GEAR, a DRIVE, a card's row
+        def load(self, joint: JointView) -> Expr | None: ...  # how its parts press on each other [N]
 
     class Pen(Protocol):
         """What a card draws on, see assemble/drawing.py. A place is [body, x, y, z] in the body's axes [m]."""
@@ -196,12 +197,12 @@ HUGE = 1e150  # squares of more than that are beyond what floating point holds
 PROBES = {
     "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W",
     "id": "A", "iq": "A", "gap": "m", "slip": "m/s", "friction": "N", "mode": "", "hits": "", "impulse": "N s",
-    "tension": "N", "length": "m",
+    "tension": "N", "length": "m", "heat": "W", "flux": "Wb", "flow": "m^3/s",
 }  # fmt: skip
 
 
 class Param:
-    """One parameter. kind: number, value (number, expression or waveform), vector, word, shape, flag."""
+    """One parameter. kind: number, formula (or expression), value (or waveform), vector, word, shape, flag, heat, owner."""
 
     __slots__ = ("above", "default", "kind", "least", "meaning", "required", "unit", "words")
 
@@ -522,9 +523,9 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
     """The value in the kind the spec asks for; reports and returns the default when it does not fit."""
     where, what = raw.param_spans.get(key, raw.span), f"{key}= of {raw.kind} {raw.name}"
     value = _with_pi(value)
-    if param.kind == "value" or (param.kind == "shape" and not is_number(value)):
+    if {"value": True, "formula": isinstance(value, Node), "shape": not is_number(value)}.get(param.kind):
         return value
-    if param.kind in ("word", "flag"):
+    if param.kind in ("word", "flag", "heat", "owner"):
         word = str(int(value)) if is_number(value) and float(value).is_integer() else word_of(value)
         if param.kind == "flag":
             if word in ("yes", "true", "on", "1"):

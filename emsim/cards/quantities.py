@@ -28,6 +28,8 @@ FITS = {
     "deg": ("rad", "rad/s"),
     "rad": ("rad", "rad/s"),
     "rpm": ("rad/s",),
+    "bar": ("Pa",),
+    "degc": ("K",),
 }
 OF_MOTION = {"turn": ("rad", "rad/s"), "slide": ("m", "m/s")}
 WHERE = {"turn": " where a joint turns", "slide": " where a joint slides"}
@@ -46,7 +48,7 @@ def check(card: Card, motions: Sequence[str], sink: Sink) -> bool:
         what, where = f"{key}= of {title}", ""
         if not key or card.spec.word == "POINT":
             what, wanted = f"a point of {title}" if not key else title, ["m"]
-        elif key not in card.spec.params or card.spec.params[key].kind in ("word", "flag"):
+        elif key not in card.spec.params or card.spec.params[key].kind in ("word", "flag", "heat", "owner"):
             continue
         elif wave and not (place % 2 if wave == "pwl" else place < LEVELS):
             what, wanted = f"argument {place + 1} of {wave.upper()} of {title}", ["s, Hz or degrees"]

@@ -224,7 +224,7 @@ def _machine(document: Document, symbol: Symbol, card: MachineCard) -> str:
         param = spec.params.get(key)
         unit = (
             f" {param.unit}"
-            if param is not None and param.unit and param.kind in ("number", "vector")
+            if param is not None and param.unit and param.kind in ("number", "formula", "vector")
             else ""
         )
         lines.append(

@@ -56,6 +56,12 @@ PROBES = {
     "impulse": ("impulse(card)", "N s", "sum of the impulses of a rigid STOP or CONTACT"),
     "tension": ("tension(rope) | tension(rope,k)", "N", "with which a ROPE pulls; of its k-th stretch with grip="),
     "length": ("length(rope) | length(rope,k)", "m", "of a ROPE, without what is wound at its ends"),
+    "temp": ("temp(node)", "K", "temperature of a node of heat"),
+    "mmf": ("mmf(node)", "A", "magnetomotive force of a node of a magnetic circuit"),
+    "pressure": ("pressure(node)", "Pa", "pressure of a node of a hydraulic circuit over that of the surroundings"),
+    "heat": ("heat(card)", "W", "what goes through a HEAT, from its first node"),
+    "flux": ("flux(card)", "Wb", "what goes through a MAGNETIC; of a winding out of its first node"),
+    "flow": ("flow(card)", "m^3/s", "what goes through a HYDRAULIC, from its first node"),
     "energy": ("energy()", "J", "what circuit and machine hold: kinetic, potential, of fields, coils and capacitors"),
     "ke": ("ke() | ke(body)", "J", "kinetic energy"),
     "pe": ("pe()", "J", "potential energy"),
@@ -70,7 +76,7 @@ READS = {
     **dict.fromkeys(("pos", "vel", "acc", "fx", "fy", "fz", "mx", "my", "mz"), ("joint",)),
     **dict.fromkeys(("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"), ("point", "body")),
     **dict.fromkeys(("force", "torque", "id", "iq", "p", "gap", "slip", "friction"), ("card",)),
-    **dict.fromkeys(("mode", "hits", "impulse", "power", "tension", "length"), ("card",)),
+    **dict.fromkeys(("mode", "hits", "impulse", "power", "tension", "length", "heat", "flux", "flow"), ("card",)),
     "ke": ("body",), "v": ("node", "card"), "i": ("element", "card"),
 }  # fmt: skip
 

@@ -267,6 +267,9 @@ def bind_machine_card(card: MachineCard, level: Level, models: Models) -> Machin
             word = value if isinstance(value, str) else value.id
             model = models.at(word, level.scope)
             params[key] = word if model is None else model.name
+        elif (kind := _names_thing(card, key)) and isinstance(value, (str, Name)):
+            word = value if isinstance(value, str) else value.id
+            params[key] = level.prefix + word if kind == "owner" else level.place(word, card)[0]
         elif key in ("shape", "look", "section") and isinstance(
             value, Call
         ):  # the card judges what it is called
@@ -283,6 +286,14 @@ def bind_machine_card(card: MachineCard, level: Level, models: Models) -> Machin
         forms = CARDS[card.kind].variant(flat, models.flat.models).forms(flat)
         _note_uses(card, forms, level, word_at)
     return flat
+
+
+def _names_thing(card: MachineCard, key: str) -> str:
+    """Whether a parameter names a node of another domain, "heat", or an element or card, "owner"."""
+    from ..cards import CARDS
+
+    param = CARDS[card.kind].spec.params.get(key)
+    return param.kind if param is not None and param.kind in ("heat", "owner") else ""
 
 
 def _note_uses(card: MachineCard, forms: list[list[tuple[str, str]]], level: Level, word_at: int) -> None:

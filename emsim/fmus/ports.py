@@ -138,7 +138,9 @@ def _of_card(flat: FlatDeck, card: MachineCard, key: str, probe: Probe, way: str
     if not key and len(written) == 1:
         key = written[0]
     numbers = [
-        k for k, p in spec.params.items() if p.kind == "number" and isinstance(card.params.get(k), float)
+        k
+        for k, p in spec.params.items()
+        if p.kind in ("number", "formula") and isinstance(card.params.get(k), float)
     ]
     if key not in written and not (key in numbers and way != "in"):
         names = ", ".join(f"{card.name}({k})" for k in written)

@@ -36,7 +36,7 @@ TYPES = {
     "m": "position", "m/s": "velocity", "m/s^2": "acceleration",
     "N": "force", "N m": "torque", "J": "energy", "W": "power",
     "Wb": "flux", "Ohm": "impedance", "S": "admittance", "F": "capacitance", "H": "inductance",
-    "dB": "decibel", "C": "temp-sweep",
+    "K": "temperature", "Pa": "pressure", "m^3/s": "flow", "dB": "decibel", "C": "temp-sweep",
     "": "notype",
 }  # fmt: skip
 UNITS = {word: unit for unit, word in TYPES.items()}

@@ -507,6 +507,8 @@ LOOP = (
 CLOSED = LOOP.format("guess=-60deg", "guess=60deg", "")
 WHEEL = ROTOR + "BODY w m=1 j=1\nJOINT g 0 w "
 BELT = ("r1=0.1", "r2=0.2", "k=100")
+WARM, IRON, OIL = "HEAT a x c=1\n", "MAGNETIC a x 0 ", "HYDRAULIC a x vol=1 bulk=3\n"
+WAY = ("len=1", "area=1m", "mur=20")
 PULLEYS = WHEEL + "pin\nBELT e h g @"
 CAM = WHEEL + "slide axis=(1,0) ic=-0.01\nCAM e g h lift={0.01*sin(angle(h))} @"
 RAILS = "BODY a m=1 j=1\nBODY b m=1 j=1\nJOINT h 0 a slide axis=(1,0)\nJOINT g 0 b slide axis=(0,1)\n"
@@ -540,6 +542,14 @@ MACHINES = {
         **{
             key: (MOTOR + "".join(f" {other}" for other in SHEET if key not in other) + "\n", f"{key}={a}", f"{key}={b}")
             for key, a, b in (("vnom", 9, 12), ("n0", 1, 2), ("i0", 0.1, 0.2), ("istall", 5, 6))
+        },
+        **{
+            key: (MOTOR + f" kt=1 r=1 heat=x {beside}\nHEAT a x c=1\n", f"{key}={a}", f"{key}={b}")
+            for key, beside, a, b in (("tc1", "", 1, 2), ("tcm", "", 1, 2), ("tref", "tc1=1", 200, 300))
+        },
+        **{
+            key: (MOTOR + f" kt=1 r=1 tcm=1 {rest}\nHEAT a x c=1\nHEAT b y c=1\n", f"{key}=x", f"{key}=y")
+            for key, rest in (("heat", ""), ("magnets", "heat=x"))
         },
         "loss": (MOTOR + " vnom=9 n0=1 i0=0.1 istall=5\n", "loss=coulomb", "loss=viscous"),
         "kt": (MOTOR + " r=1\n", "kt=1", "kt=2"), "kv": (MOTOR + " r=1\n", "kv=100", "kv=200"),
@@ -709,6 +719,45 @@ MACHINES = {
         "c": (COIL, "c={1u/(1+pos(h))}", "c={2u/(1+pos(h))}"), "l": (COIL, "l={1m/(1+pos(h))}", "l={2m/(1+pos(h))}"),
         "k": (COIL, "k={3}", "k={4}"), "w": (COIL, "w={1m*i(t)^2/(1+pos(h))}", "w={2m*i(t)^2/(1+pos(h))}"),
     },
+    "HEAT": {
+        **{key: (WARM + "HEAT b x 0 @\n", f"{key}=1", f"{key}=2") for key in "r"},
+        **{key: (WARM + "HEAT b x 0 @ area=1\n", f"{key}={a}", f"{key}={b}") for key, a, b in (("h", 1, 2), ("eps", 0.3, 0.6))},
+        "area": (WARM + "HEAT b x 0 h=3 @\n", "area=1", "area=2"),
+        **{key: (WARM + "HEAT b x @\n", f"{key}=1", f"{key}=2") for key in "cpt"},
+        "ic": (WARM.replace("c=1", "c=1 @"), "ic=310", "ic=320"),
+        "of": (WARM + "R1 n 0 1\nR2 n 0 2\nV1 n 0 3\nHEAT b x @\n", "of=r1", "of=r2"),
+    },
+    "MAGNETIC": {
+        "r": (SLED + "MAGNETIC g x 0 h @\n", "r={1meg+pos(h)}", "r={1meg+3meg*pos(h)}"),
+        "gap": (SLED + "MAGNETIC g x 0 h area=1m @\n", "gap={1m+pos(h)}", "gap={1m+3*pos(h)}"),
+        **{
+            key: (IRON + " ".join(w for w in WAY if not w.startswith(key)) + " @\n", f"{key}=3", f"{key}=4")
+            for key in ("len", "area", "mur", "bsat", "br")
+        },
+        "turns": (IRON + "len=1 area=1m mur=20\nMAGNETIC w x 0 n 0 @\nR1 n 0 1\n", "turns=3", "turns=4"),
+        "mmf": (IRON + "len=1 area=1m mur=20\nMAGNETIC w x y @\nMAGNETIC t y 0 r=3\n", "mmf=3", "mmf=4"),
+    },
+    "HYDRAULIC": {
+        "r": (OIL + "HYDRAULIC b x 0 @\n", "r=1", "r=2"),
+        **{
+            key: (OIL + "HYDRAULIC b x 0 " + " ".join(w for w in ("len=1", "d=1", "mu=1") if w.split("=")[0] != key) + " @\n",
+                  f"{key}=2", f"{key}=3")
+            for key in ("len", "d", "mu")
+        },
+        **{
+            key: (OIL + "HYDRAULIC b x 0 " + " ".join(w for w in ("area=1", "rho=1") if not w.startswith(key)) + " @\n",
+                  f"{key}=2", f"{key}=3")
+            for key in ("area", "rho", "cd", "plam")
+        },
+        "crack": (OIL + "HYDRAULIC b x 0 r=1 @\n", "crack=-9", "crack=-5"),
+        "inertia": (OIL + "HYDRAULIC b x 0 @\n", "inertia=1", "inertia=2"),
+        "vol": (OIL.replace("vol=1", "@"), "vol=1", "vol=2"), "bulk": (OIL.replace("bulk=3", "@"), "bulk=1", "bulk=2"),
+        "ic": (OIL.replace("bulk=3", "bulk=3 @"), "ic=1", "ic=2"),
+        "tank": (OIL + ".gravity 9\nHYDRAULIC b x rho=1 @\n", "tank=1", "tank=2"),
+        "level": (".gravity 9\nHYDRAULIC b x tank=1 rho=1 @\n", "level=1", "level=2"),
+        "disp": (OIL + ROTOR + "HYDRAULIC b x 0 h @\n", "disp=1", "disp=2"),
+        "q": (OIL + "HYDRAULIC b x @\n", "q=1", "q=2"), "p": (OIL + "HYDRAULIC b x @\n", "p=1", "p=2"),
+    },
 }  # fmt: skip
 
 
@@ -718,11 +767,15 @@ OF_MOTOR = {
         "a 0 b 0",
         {"ra": 1, "la": 0.1, "rf": 2, "lf": 0.2, "laf": 0.3, "rs": 0.4, "ls": 0.05, "lafs": 0.1},
     ),
-    "pmsm": ("a b c 0", {"p": 2, "rs": 1, "ld": 0.1, "lq": 0.2, "psi": 0.3, "l0": 0.05}),
+    "pmsm": ("a b c 0", {"p": 2, "rs": 1, "ld": 0.1, "lq": 0.2, "psi": 0.3, "l0": 0.05, "isat": 0.5}),
     "bldc": ("a b c 0", {"p": 2, "ke": 0.1, "r": 1, "l": 0.1}),
-    "stepper": ("a 0 b 0", {"nr": 5, "km": 0.3, "r": 1, "l": 0.1, "td": 0.2}),
-    "induction": ("a b c 0", {"p": 2, "rs": 1, "rr": 0.5, "lm": 0.3, "lss": 0.02, "lsr": 0.03, "l0": 0.01}),
+    "stepper": ("a 0 b 0", {"nr": 5, "km": 0.3, "r": 1, "l": 0.1, "td": 0.2, "isat": 0.5}),
+    "induction": (
+        "a b c 0",
+        {"p": 2, "rs": 1, "rr": 0.5, "lm": 0.3, "lss": 0.02, "lsr": 0.03, "l0": 0.01, "isat": 0.5},
+    ),
 }
+WARMTH = ("tc1", "tcm", "tref")
 SHAFT = {"j": 0.1, "b": 0.2, "tc": 0.3, "gear": 2}
 INSTEAD = {
     "pmsm ke": "psi", "bldc kt": "ke", "bldc rtt": "r", "bldc ltt": "l", "stepper step": "nr", "stepper hold": "km",
@@ -737,7 +790,7 @@ INSTEAD = {
         for kind, machine in MODELS.items()
         if kind != "dcmotor"
         for key in machine.spec.params
-        if key != "model"
+        if key not in ("model", "heat", "magnets")
     ],
 )
 def test_a_parameter_of_a_kind_of_motor_is_not_ignored(kind, key):
@@ -745,13 +798,15 @@ def test_a_parameter_of_a_kind_of_motor_is_not_ignored(kind, key):
     values = {**own, **SHAFT}
     if (other := INSTEAD.get(f"{kind} {key}")) is not None:
         del values[other]
+    values |= {"tc1": 0.3} if key == "tref" else {}
     values |= {"hold": 1, "inom": 2} if key in ("hold", "inom") else {key: values.get(key, 0.11)}
     body = SLED if key == "radius" else ROTOR
     sources = "V1 a 0 5\nV2 b 0 SIN(0 3 1)\nV3 c 0 1\nR1 c 0 1\n"
 
     def deck(value: float) -> str:
         told = " ".join(f"{k}={value if k == key else v}" for k, v in values.items())
-        return f"{body}{sources}MOTOR m1 {nodes} h model=m\n.model m {kind}({told})\n"
+        heat = " heat=x\nHEAT x1 x c=1" if key in WARMTH else ""
+        return f"{body}{sources}MOTOR m1 {nodes} h model=m{heat}\n.model m {kind}({told})\n"
 
     assert differ("@", deck(values[key]), deck(1.7 * values[key])), f"{key}= of .model {kind} has no effect"
 

@@ -22,7 +22,8 @@ from math import sqrt
 from ...diagnostics import suggest
 from ...units import known_unit, machine_number, machine_number_problem, spice_number
 from .. import quantities
-from ..base import Card, Default, is_number, limit
+from ..base import Default, is_number, limit
+from ..domains.warmth import WARM, Warm
 from ..kinematics import dot, is_zero
 from ..laws import Relay
 
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from ..._engine import Expr
     from ...deck import MachineCard, Model
     from ...diagnostics import Span
-    from ..base import JointView, Pen, Powers, Probes, Resistances, Scalar, Scene
+    from ..base import Card, JointView, Pen, Powers, Probes, Resistances, Scalar, Scene
     from ..laws import Law
 
 # of every rotor
@@ -50,11 +51,12 @@ SHAFT: dict[str, Any] = {
     "tc": Default(0.0, "N m (N)", "dry friction of brushes and bearing, on the motor's side; at rest it holds", least=0.0),
     "gear": Default(1.0, "", "motor turns per joint turn"),
     "radius": Default(None, "m", "radius of the pulley or pinion on a slide", above=0.0),
+    **WARM,
     "model": Default(None, "", "name of the .model that gives any of these", "word"),
 }  # fmt: skip
 
 
-class Machine(Card):
+class Machine(Warm):
     """A rotor on a joint; its parameters stand on the card or in a .model of type `type`."""
 
     of_type = ""
@@ -78,6 +80,7 @@ class Machine(Card):
 
     def prepare(self, s: Scene) -> None:
         self._read_model(s)
+        self.warm_up(s)
         if self.gear == 0.0:
             said = f"gear= of MOTOR {self.name} cannot be 0: the motor would turn nothing"
             s.sink.error("E238", said, self.place("gear"))
@@ -147,7 +150,7 @@ class Machine(Card):
         for key, value in model.params.items():
             where = model.param_spans.get(key, model.span)
             param = self.spec.params.get(key)
-            if param is None or key == "model":
+            if param is None or key == "model" or param.kind == "heat":
                 near = suggest(key, self.spec.params)
                 s.sink.error(
                     "E231",
@@ -308,6 +311,11 @@ class Windings(Machine):
         flux = b.grad(energy, self.i)
         magnets = b.substitute(flux, [(i, 0.0) for i in self.i])
         flux = [whole - own if own.value != 0.0 else whole for whole, own in zip(flux, magnets, strict=True)]
+        weaker = self.weak - 1.0
+        energy = energy + sum(
+            (weaker * own * i for own, i in zip(magnets, self.i, strict=True)), b.const(0.0)
+        )
+        magnets = [self.weak * own for own in magnets]
         induced = [b.grad(own, [th])[0] for own in magnets]
         resting = self.cogging(s, th)
         turning = b.grad(energy if resting is None else energy - resting, [th])[0]
@@ -341,7 +349,7 @@ class Windings(Machine):
         for part, i in zip(self.parts, self.currents, strict=True):
             s.add_f(part.plus, i)
             s.add_f(part.minus, -i)
-            across = part.r * i - s.v(part.plus, part.minus)
+            across = self.hot * part.r * i - s.v(part.plus, part.minus)
             for row, share in zip(self.rows, part.shares, strict=True):
                 if share:
                     s.add_f(row, share * across)
@@ -349,10 +357,11 @@ class Windings(Machine):
             s.add_q(row, flux)
         for row, g in (*zip(self.rows, self.volts, strict=False), *zip(self.rows, self.induced, strict=True)):
             s.add_f(row, g * self._speed())
+        self.give_heat(s)
 
     def thermal(self, s: Scene) -> Resistances:
         return [
-            (f"r{k + 1}", p.r, i)
+            (f"r{k + 1}", self.hot * p.r, i)
             for k, (p, i) in enumerate(zip(self.parts, self.currents, strict=True))
             if p.r
         ]
@@ -382,7 +391,7 @@ class Windings(Machine):
         heat = s.b.const(0.0) + self.friction()
         for part, i in zip(self.parts, self.currents, strict=True):
             if part.r:
-                heat = heat + part.r * i * i
+                heat = heat + self.hot * part.r * i * i
         return heat
 
     def stored(self, s: Scene) -> Scalar | None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from math import pi
 
 from ..base import Default, Spec
+from ..domains.warmth import MAGNETS
 from .base import SHAFT, Phase, Windings, star
 
 TYPE_CHECKING = False
@@ -42,6 +43,7 @@ class Bldc(Windings):
         rtt=Default(None, "Ohm", "in place of r: from terminal to terminal, 2 r", least=0.0),
         l=Default(None, "H", "inductance of a phase less the mutual one", above=0.0),
         ltt=Default(None, "H", "in place of l: from terminal to terminal, 2 l", above=0.0),
+        **MAGNETS,
         **SHAFT,
     )  # fmt: skip
     p: float

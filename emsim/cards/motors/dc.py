@@ -5,6 +5,7 @@
 w is the rotor against its stator, which A carries: what turns the winding's voltage and the bearing. The rotor's energy is
 that of its whole speed about its axis, A's own turn w_A about that axis counted in, so a wheel on a satellite turns the
 satellite back, and the gyroscopic moment of a rotor on an arm follows.
+kt and r may be expressions of the motor's own current, of coordinates, temperatures: one kt makes torque and back-EMF alike.
 With kt = ke the electrical power ke w i is the mechanical power kt i w; where they differ, (kt - ke) i w
 watts appear from nowhere, and `imbalance` says how many.
 + current into the first node turns B counter-clockwise (along +axis).
@@ -18,11 +19,15 @@ from __future__ import annotations
 
 from math import pi
 
-from ..base import Default, Spec
+from ...expr import Node
+from ..base import Default, Own, Spec
+from ..domains.warmth import MAGNETS
 from .base import SHAFT, Machine
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from ..base import Net, Pen, Powers, Probes, Resistances, Scalar, Scene
 
 SHEET = ("vnom", "n0", "i0", "istall")
@@ -44,10 +49,10 @@ class Motor(Machine):
             "i": "l di/dt + r i + ke w = v, torque kt i, w = gear u",
         },
         kt=Default(
-            None, "N m/A (N/A on a slide without radius)", "torque per ampere; equals ke unless given"
+            None, "N m/A (N/A on a slide without radius)", "torque per ampere; equals ke unless given", "formula"
         ),
         ke=Default(None, "V s/rad (V s/m)", "back-EMF per speed; equals kt unless given"),
-        r=Default(0.0, "Ohm", "resistance of the winding", least=0.0),
+        r=Default(0.0, "Ohm", "resistance of the winding", "formula", least=0.0),
         l=Default(0.0, "H", "inductance of the winding", least=0.0),
         kv=Default(None, "rpm/V", "turns per volt, in place of kt: kt = 60/(2 pi kv)", above=0.0),
         vnom=Default(None, "V", "data sheet: nominal voltage; with n0= i0= istall= it says kt, r and tc", above=0.0),
@@ -56,12 +61,13 @@ class Motor(Machine):
         istall=Default(None, "A", "data sheet: current at standstill at vnom", above=0.0),
         tstall=Default(None, "N m", "data sheet: torque at standstill, compared with kt istall", above=0.0),
         loss=Default("coulomb", "", "data sheet: what i0 overcomes, dry or viscous", "word", words=("coulomb", "viscous")),
+        **MAGNETS,
         **SHAFT,
     )  # fmt: skip
-    kt: float | None
+    kt: Any
     ke: float | None
     kv: float | None
-    r: float
+    r: Any
     l: float  # noqa: E741
     vnom: float | None
     n0: float | None
@@ -73,6 +79,7 @@ class Motor(Machine):
     minus: int
 
     def prepare(self, s: Scene) -> None:
+        self.changes: list[str] = []
         super().prepare(s)
         if self.kv is not None:
             self._from_kv(s)
@@ -84,9 +91,29 @@ class Motor(Machine):
                     "E230", f"MOTOR {self.name} needs kt= (torque per ampere)", self.span, self.spec.form
                 )
             self.kt = self.ke = 0.0
-        self.torque_constant = self.kt if self.kt is not None else self.ke or 0.0
-        self.emf_constant = self.ke if self.ke is not None else self.kt or 0.0
         self.row = s.branch(self.name)
+        self._formulas(s)
+        self.torque_constant: Any = self.ke if self.kt is None else self.kt
+        self.emf_constant: Any = self.kt if self.ke is None else self.ke
+
+    def _formulas(self, s: Scene) -> None:
+        """kt= and r= that change, by the motor's own current too."""
+        own = Own(self.name, None, [s.b.x(self.row)], {})
+        for key in ("kt", "r"):
+            value = getattr(self, key)
+            if isinstance(value, Node):
+                setattr(self, key, s.compile_energy(value, self.place(key), own))
+                self.changes.append(key)
+        if "kt" in self.changes and self.ke is not None:
+            said = f"MOTOR {self.name} has kt= by an expression and ke=: what one makes and the other takes would differ"
+            s.sink.error("E231", said, self.place("ke"), "leave ke= out: one kt makes torque and back-EMF")
+            self.ke = None
+        if "r" in self.changes:
+            s.told(
+                -self.r,
+                f"{self.name} source",
+                f"r= of MOTOR {self.name} is below 0, which makes a source of it",
+            )
 
     def _from_kv(self, s: Scene) -> None:
         """Volts per rad/s from turns per minute and volt."""
@@ -101,6 +128,10 @@ class Motor(Machine):
 
     def _from_sheet(self, s: Scene) -> None:
         """r, kt and friction of a data sheet."""
+        if any(isinstance(getattr(self, key), Node) for key in ("kt", "r")):
+            said = f"MOTOR {self.name} has a data sheet, and kt= or r= by an expression"
+            s.sink.error("E231", said, self.span, "give kt= and r=, or numbers for both")
+            self.kt, self.r = 1.0, 1.0
         missing = [f"{key}=" for key in SHEET if getattr(self, key) is None]
         if missing:
             said = f"MOTOR {self.name} has part of a data sheet; missing: {', '.join(missing)}"
@@ -156,7 +187,7 @@ class Motor(Machine):
 
     def powers(self, s: Scene) -> Powers:
         i, w = s.b.x(self.row), self._speed()
-        result: Powers = [(self.torque_constant * i, w)]
+        result: Powers = [(self.weak * self.torque_constant * i, w)]
         if self.b:
             result.append((-self.b * w, w))
         return result
@@ -165,11 +196,13 @@ class Motor(Machine):
         i = s.b.x(self.row)
         s.add_f(self.plus, i)
         s.add_f(self.minus, -i)
-        s.add_f(self.row, self.r * i + self.emf_constant * self._speed() - s.v(self.plus, self.minus))
+        turned = self.weak * self.emf_constant * self._speed()
+        s.add_f(self.row, self.hot * self.r * i + turned - s.v(self.plus, self.minus))
         s.add_q(self.row, self.l * i)
+        self.give_heat(s)
 
     def thermal(self, s: Scene) -> Resistances:
-        return [("", self.r, s.b.x(self.row))] if self.r else []
+        return [("", self.hot * self.r, s.b.x(self.row))] if "r" in self.changes or self.r else []
 
     def supplied(self, s: Scene) -> Scalar | None:
         """Nothing, where kt and ke are one number."""
@@ -177,12 +210,12 @@ class Motor(Machine):
 
     def imbalance(self, s: Scene) -> Scalar | None:
         """Power that appears from nowhere [W]."""
-        gain = self.torque_constant - self.emf_constant
-        return gain * s.b.x(self.row) * self._speed() if gain else None
+        gain = 0.0 if self.kt is None or self.ke is None else self.torque_constant - self.emf_constant
+        return self.weak * gain * s.b.x(self.row) * self._speed() if gain else None
 
     def _effort(self, s: Scene) -> Scalar:
         """On the joint, what the bearing takes left out: times its speed it is the power brought in."""
-        return self._lever() * (self.torque_constant * s.b.x(self.row) + self.drag())
+        return self._lever() * (self.weak * self.torque_constant * s.b.x(self.row) + self.drag())
 
     def probes(self, s: Scene) -> Probes:
         i, v = s.b.x(self.row), s.v(self.plus, self.minus)
@@ -198,7 +231,7 @@ class Motor(Machine):
 
     def losses(self, s: Scene) -> Scalar | None:
         i = s.b.x(self.row)
-        return self.r * i * i + self.friction()
+        return self.hot * self.r * i * i + self.friction()
 
     def stored(self, s: Scene) -> Scalar | None:
         i = s.b.x(self.row)
@@ -215,6 +248,10 @@ class Motor(Machine):
 
     def analogue(self, net: Net) -> None:
         """Winding, and an ideal transformer between the worlds: v = ke w, torque = kt i."""
+        if self.changes:
+            return net.refuse(self, f"has {self.changes[0]}= by an expression")
+        if self.heat is not None or self.magnets is not None:
+            return net.refuse(self, "gives its heat to a node of another domain")
         if self.tc:
             return net.refuse(self, "has dry friction (tc=), and no element of a circuit has")
         b, a = net.across(self.joint.name)

@@ -6,12 +6,14 @@
 i_s, i_r: space vectors, as long as the amplitude of a phase, in axes of the stator; the rotor's windings turn against these: that
 is a gyrator and takes no energy. At constant speed and frequency w_s = 2 pi f the torque has its largest value at a slip
 s_k = rr'/x_k, and T = 2 T_k/(s/s_k + s_k/s) where rs is 0 (M. Kloss, Archiv fuer Elektrotechnik 5 (1916) 59).
+With isat= what both have in common saturates: lm (i_s + i_r)/S in place of lm (i_s + i_r), S^2 = 1 + |i_s + i_r|^2/isat^2.
 All of the rotor is referred to the stator. Phases in a star; i0 flows where its point is wired as a fourth node.
 """
 
 from __future__ import annotations
 
 from ..base import Default, Spec
+from ..domains.iron import saturates
 from .base import SHAFT, Phase, Windings, clarke, star
 from .pmsm import zero_sequence
 
@@ -42,6 +44,7 @@ class Induction(Windings):
         lm=Default(None, "H", "main inductance: what stator and rotor have in common", above=0.0),
         lss=Default(None, "H", "leakage inductance of the stator", above=0.0),
         lsr=Default(None, "H", "leakage inductance of the rotor, referred to the stator", above=0.0),
+        isat=Default(None, "A", "magnetising current at which lm has fallen to 0.71 of itself: iron saturates", above=0.0),
         l0=Default(None, "H", "inductance to currents that flow through the star point; lss unless given", least=0.0),
         **SHAFT,
     )  # fmt: skip
@@ -51,6 +54,7 @@ class Induction(Windings):
     lm: float
     lss: float
     lsr: float
+    isat: float | None
     l0: float | None
     na: int
     nb: int
@@ -71,7 +75,7 @@ class Induction(Windings):
         x, y = i[-2:]
         both = (alpha + x, beta + y)
         energy = (0.75 * self.lss) * (alpha * alpha + beta * beta) + (0.75 * self.lsr) * (x * x + y * y)
-        energy = energy + (0.75 * self.lm) * (both[0] * both[0] + both[1] * both[1])
+        energy = energy + (1.5 * self.lm) * saturates(s, both[0] * both[0] + both[1] * both[1], self.isat)
         if len(i) == 4:
             return energy
         return energy + zero_sequence(self.lss if self.l0 is None else self.l0, phases[:3])

@@ -4,6 +4,8 @@
     id = 2/3 sum i_k cos(p th - k 120 deg),  iq = -2/3 sum i_k sin(p th - k 120 deg),  i0 = sum i_k/3
 from which Park's equations follow, w the rotor's speed and p its pairs of poles:
     vd = rs id + ld did - p w lq iq,   vq = rs iq + lq diq + p w (ld id + psi),   torque = 1.5 p (psi iq + (ld - lq) id iq)
+With isat= iron saturates by both currents: ld id^2/2 + lq iq^2/2 becomes ld isat^2 (S - 1), S^2 = 1 + (id^2 + lq/ld iq^2)/isat^2:
+    psi_d = psi + ld id/S,   psi_q = lq iq/S,   torque = 1.5 p (psi_d iq - psi_q id)
 d is where the magnets point; at joint coordinate 0 that is the axis of phase a. Phases a, b, c in a star; i0 flows where its
 point is wired as a fourth node. psi is the flux linkage of a phase, its amplitude: its voltage without current is psi p w.
 """
@@ -13,6 +15,8 @@ from __future__ import annotations
 from math import pi, sqrt
 
 from ..base import Default, Spec
+from ..domains.iron import saturates
+from ..domains.warmth import MAGNETS
 from .base import SHAFT, Phase, Windings, clarke, star
 
 TYPE_CHECKING = False
@@ -44,7 +48,9 @@ class Pmsm(Windings):
         lq=Default(None, "H", "inductance across them; ld unless given", above=0.0),
         psi=Default(None, "V s", "flux linkage of a phase by the magnets, amplitude"),
         ke=Default(None, "V", "in place of psi: volts rms from line to line at 1000 rpm"),
+        isat=Default(None, "A", "current along the magnets at which ld has fallen to 0.71 of itself: iron saturates", above=0.0),
         l0=Default(None, "H", "inductance to currents that flow through the star point; ld unless given", least=0.0),
+        **MAGNETS,
         **SHAFT,
     )  # fmt: skip
     p: float
@@ -53,6 +59,7 @@ class Pmsm(Windings):
     lq: float | None
     psi: float
     ke: float | None
+    isat: float | None
     l0: float | None
     na: int
     nb: int
@@ -75,10 +82,10 @@ class Pmsm(Windings):
         lq = self.ld if self.lq is None else self.lq
         if lq == self.ld:
             alpha, beta = clarke(phases)
-            stored = (0.5 * self.ld) * (alpha * alpha + beta * beta)
+            square = alpha * alpha + beta * beta
         else:
-            stored = (0.5 * self.ld) * self.id * self.id + (0.5 * lq) * self.iq * self.iq
-        energy = 1.5 * (stored + self.psi * self.id)
+            square = self.id * self.id + (lq / self.ld) * self.iq * self.iq
+        energy = 1.5 * (self.ld * saturates(s, square, self.isat) + self.psi * self.id)
         return (
             energy if len(i) == 2 else energy + zero_sequence(self.ld if self.l0 is None else self.l0, phases)
         )

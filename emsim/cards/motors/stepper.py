@@ -3,6 +3,8 @@
     W' = l (ia^2 + ib^2)/2 + km/nr (ia cos(nr th) + ib sin(nr th))        cogging V = -td/(4 nr) cos(4 nr th)
     l dia + r ia - km w sin(nr th) = va,     l dib + r ib + km w cos(nr th) = vb
     torque = km (ib cos(nr th) - ia sin(nr th)) - td sin(4 nr th)
+With isat= iron saturates, in each phase by current and magnets together: W' = l isat^2 (S - 1) of both, S^2 = 1 + (x/isat)^2,
+with xa = ia + im cos(nr th), xb = ib + im sin(nr th), im = km/(nr l): what is linear in x/isat is the above.
 Current in a alone holds th = 0, in b alone th = 90 deg/nr, one full step further.
 """
 
@@ -11,6 +13,8 @@ from __future__ import annotations
 from math import pi, sqrt
 
 from ..base import Default, Spec
+from ..domains.iron import saturates
+from ..domains.warmth import MAGNETS
 from .base import SHAFT, Phase, Windings
 
 TYPE_CHECKING = False
@@ -42,7 +46,9 @@ class Stepper(Windings):
         inom=Default(None, "A", "nominal current of a phase, beside hold=", above=0.0),
         r=Default(0.0, "Ohm", "resistance of a phase", least=0.0),
         l=Default(None, "H", "inductance of a phase", above=0.0),
+        isat=Default(None, "A", "current, km/(nr l) of the magnets included, at which a phase has 0.71 of its flux", above=0.0),
         td=Default(0.0, "N m", "detent torque, amplitude", least=0.0),
+        **MAGNETS,
         **SHAFT,
     )  # fmt: skip
     nr: float
@@ -52,6 +58,7 @@ class Stepper(Windings):
     inom: float | None
     r: float
     l: float  # noqa: E741
+    isat: float | None
     td: float
     ap: int
     am: int
@@ -78,8 +85,13 @@ class Stepper(Windings):
 
     def coenergy_of(self, s: Scene, i: list[Expr], phases: list[Expr], th: Expr) -> Expr:
         c, d = s.b.call("cos", self.nr * th), s.b.call("sin", self.nr * th)
-        own = (0.5 * self.l) * (i[0] * i[0] + i[1] * i[1])
-        return own + (self.km / self.nr) * (i[0] * c + i[1] * d)
+        if self.isat is None:
+            own = (0.5 * self.l) * (i[0] * i[0] + i[1] * i[1])
+            return own + (self.km / self.nr) * (i[0] * c + i[1] * d)
+        magnets = self.km / (self.nr * self.l)  # as a current of the phase [A]
+        one, other = i[0] + magnets * c, i[1] + magnets * d
+        both = saturates(s, one * one, self.isat) + saturates(s, other * other, self.isat)
+        return s.b.const(0.0) + self.l * both
 
     def cogging(self, s: Scene, th: Expr) -> Scalar | None:
         if not self.td:
