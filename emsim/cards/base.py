@@ -196,7 +196,7 @@ HUGE = 1e150  # squares of more than that are beyond what floating point holds
 PROBES = {
     "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W",
     "id": "A", "iq": "A", "gap": "m", "slip": "m/s", "friction": "N", "mode": "", "hits": "", "impulse": "N s",
-    "tension": "N", "length": "m",
+    "tension": "N", "length": "m", "mx": "N m", "my": "N m", "mz": "N m",
 }  # fmt: skip
 
 
