@@ -190,8 +190,14 @@ class Absolute(Machine):
         return [owner] if owner in self.bodies else super().loop_of(owner)
 
     def default_outputs(self) -> list[str]:
-        parts = [(j.name, *part) for j in self.joints.values() for part in ((j.kind.coordinates, j.qs), (j.kind.speeds, j.us))]
-        unmeasured = {f"{c.word}({name})" for name, words, known in parts for c in words if len(known) < len(words)}
+        parts = [
+            (j.name, *part)
+            for j in self.joints.values()
+            for part in ((j.kind.coordinates, j.qs), (j.kind.speeds, j.us))
+        ]
+        unmeasured = {
+            f"{c.word}({name})" for name, words, known in parts for c in words if len(known) < len(words)
+        }
         # quaternions and body rates of free bodies are those of joints, and here there are none
         free = [j.name for key, j in self.like.joints.items() if key[:1] == FREE]
         unmeasured |= {f"{c.word}({name})" for name in free for c in (*Ball.coordinates, *Ball.speeds)}

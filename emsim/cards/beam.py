@@ -55,7 +55,9 @@ class Beam(Card):
         },
         l=Required("m", "its length", above=0.0),
         n=Default(8.0, "", "how many elements", least=1.0),
-        arc=Default(0.0, "rad", "the angle that it turns through from end to end where nothing bends it, to the left"),
+        arc=Default(
+            0.0, "rad", "the angle that it turns through from end to end where nothing bends it, to the left"
+        ),
         e=Default(None, "Pa", "modulus of elasticity", above=0.0),
         rho=Default(None, "kg/m^3", "density", above=0.0),
         section=Default(
@@ -65,7 +67,9 @@ class Beam(Card):
         ei=Default(None, "N m^2", "stiffness in bending, about z", above=0.0),
         ea=Default(None, "N", "stiffness along", above=0.0),
         rhoa=Default(None, "kg/m", "mass over length", above=0.0),
-        eiy=Default(None, "N m^2", "stiffness in bending about y, in space; ei= where it is not given", above=0.0),
+        eiy=Default(
+            None, "N m^2", "stiffness in bending about y, in space; ei= where it is not given", above=0.0
+        ),
         gj=Default(None, "N m^2", "stiffness in twisting, in space", above=0.0),
         d=Default(0.0, "s", "damping: stress is E (eps + d eps')", least=0.0),
         noisy=Default(False, "", "its thermal noise counts in .noise", "flag"),
@@ -75,7 +79,10 @@ class Beam(Card):
         vx=Default(0.0, "m/s", "start velocity of name.a, free beams"),
         vy=Default(0.0, "m/s", "start velocity of name.a, free beams"),
         omega=Default(
-            (0.0,), "rad/s", "start angular velocity, free beams; in space (wx,wy,wz) in its own axes", "vector"
+            (0.0,),
+            "rad/s",
+            "start angular velocity, free beams; in space (wx,wy,wz) in its own axes",
+            "vector",
         ),
         z=Default(0.0, "m", "start position of name.a, free beams in space"),
         rot=Default(None, "rad", "start orientation in space: a rotation vector, axis times angle", "vector"),
@@ -101,9 +108,19 @@ class Beam(Card):
     def stands_for(cls, raw: MachineCard) -> list[MachineCard]:
         """Its nodes: bodies that are free against the first one, at first in a line or an arc. None where l=, n= or arc= is
         wrong."""
-        sizes = [raw.params.get("n", cls.spec.params["n"].default), raw.params.get("l"), raw.params.get("arc", 0.0)]
+        sizes = [
+            raw.params.get("n", cls.spec.params["n"].default),
+            raw.params.get("l"),
+            raw.params.get("arc", 0.0),
+        ]
         n, length, arc = (float(v) if is_number(v) or isinstance(v, OpenNumber) else 0.0 for v in sizes)
-        if not 1.0 <= n <= MOST or not n.is_integer() or not length > 0.0 or not isfinite(length) or not abs(arc) < n:
+        if (
+            not 1.0 <= n <= MOST
+            or not n.is_integer()
+            or not length > 0.0
+            or not isfinite(length)
+            or not abs(arc) < n
+        ):
             return []
         bow = arc / n  # of an element
         names = cls.nodes(raw.name, int(n))
@@ -129,9 +146,9 @@ class Beam(Card):
         if float(self.n) != self.count or self.count > MOST:
             said = f"n= of {what} is {float(self.n):g}; a beam has 1 to {MOST} whole elements"
             sink.error("E238", said, self.place("n"), "eight are enough for its first bends")
-        self.bow = self.arc / self.count if self.count else 0.0  # of an element
+        self.bow = float(self.arc) / self.count if self.count else 0.0  # of an element
         if not abs(self.bow) < 1.0:
-            said = f"arc= of {what} bends each of its elements by {float(self.bow):.3g} rad; an element is bent by less than 1"
+            said = f"arc= of {what} bends each of its elements by {self.bow:.3g} rad; an element is bent by less than 1"
             sink.error("E238", said, self.place("arc"), "more elements: n=")
         whole = [key for key in ("ei", "ea", "rhoa") if getattr(self, key) is not None]
         parts = [key for key in ("e", "rho", "section") if getattr(self, key) is not None]
@@ -140,16 +157,30 @@ class Beam(Card):
         self.stiffness: tuple[float, ...] = (1.0,) * 5
         self.twisting = self.gj if whole else self.g
         if len(whole) == 3 and not parts and not other:
-            self.stiffness = (self.ei, self.ea, self.rhoa, self.eiy or self.ei, self.gj or 1.0)  # type: ignore[assignment]
+            self.stiffness = (
+                self.ei,
+                self.ea,
+                self.rhoa,
+                self.ei if self.eiy is None else self.eiy,
+                1.0 if self.gj is None else self.gj,
+            )  # type: ignore[assignment]
         elif len(parts) == 3 and not whole and not other:
             area, about_z, about_y, twist = self._of_section(what, sink)
             assert self.e is not None and self.rho is not None
             e = self.e
-            self.stiffness = (e * about_z, e * area, self.rho * area, e * about_y, (self.g or 1.0) * twist)
+            self.stiffness = (
+                e * about_z,
+                e * area,
+                self.rho * area,
+                e * about_y,
+                (1.0 if self.g is None else self.g) * twist,
+            )
         else:
             said = f"{what} needs all of e=, rho=, section=, or all of ei=, ea=, rhoa="
             if other:
-                said = f"{other[0]}= of {what} goes with {'e=, rho=, section=' if whole else 'ei=, ea=, rhoa='}"
+                said = (
+                    f"{other[0]}= of {what} goes with {'e=, rho=, section=' if whole else 'ei=, ea=, rhoa='}"
+                )
             sink.error("E230", said, self.span, f"the form is: {self.spec.form}")
 
     def _of_section(self, what: str, sink: Sink) -> tuple[float, float, float, float]:
@@ -185,7 +216,9 @@ class Beam(Card):
         self.elements: list[Any] = []
         if s.in_space and self.twisting is None:
             said = f"BEAM {self.name} twists, as the machine leaves the plane, and nothing says how stiff it is then"
-            s.sink.error("E230", said, self.span, "g= of its material (modulus of rigidity, Pa), or gj= (N m^2)")
+            s.sink.error(
+                "E230", said, self.span, "g= of its material (modulus of rigidity, Pa), or gj= (N m^2)"
+            )
             return
         for k in range(self.count):
             part = self.at[k : k + 2], self.frames[k : k + 2], (self.l0, self.bow), self.stiffness
@@ -206,9 +239,8 @@ class Beam(Card):
             total = total + mass * (linear + mixed / 60.0 + cubic / 420.0)
         if s.in_space:
             ei, ea, _, eiy, _ = self.stiffness
-            spins = [frame.spin()[0] for frame in self.frames]
-            for v, w in pairwise(spins):
-                total = total + mass * (ei + eiy) / ea / 6.0 * (v * v + v * w + w * w)
+            for p, q in pairwise(frame.spin()[0] for frame in self.frames):
+                total = total + mass * (ei + eiy) / ea / 6.0 * (p * p + p * q + q * q)
         return total
 
     def potential(self, s: Scene) -> Scalar | None:
@@ -226,7 +258,11 @@ class Beam(Card):
 
     def _strains(self) -> list[tuple[str, float, Expr]]:
         """Of all elements: (word, stiffness, strain)."""
-        return [(f"{word} {k}", stiff, strain) for k, one in enumerate(self.elements, 1) for word, stiff, strain in one.strains]
+        return [
+            (f"{word} {k}", stiff, strain)
+            for k, one in enumerate(self.elements, 1)
+            for word, stiff, strain in one.strains
+        ]
 
     def _damped(self, s: Scene) -> Resistances:
         """(name, resistance, flow) of all elements."""
@@ -254,7 +290,9 @@ class Beam(Card):
         for k, one in enumerate(self.elements, 1):
             found |= {f"force,{k}": stress(*one.pull), f"torque,{k}": stress(*one.moments[-1])}
             if s.in_space:
-                found |= {f"m{axis},{k}": stress(*moment) for axis, moment in zip("xyz", one.moments, strict=True)}
+                found |= {
+                    f"m{axis},{k}": stress(*moment) for axis, moment in zip("xyz", one.moments, strict=True)
+                }
         return found
 
     def glyph(self, draw: Pen) -> None:
@@ -265,7 +303,9 @@ class Element:
     """Between two nodes, in the plane. `strains`: (word, stiffness, strain), V = sum of stiffness strain^2/2;
     a^2 + a b + b^2 = (a - b)^2/4 + 3 (a + b)^2/4. `pull`, `moments`: (stiffness, strain)."""
 
-    def __init__(self, s: Scene, ends: Any, frames: Any, rest: tuple[float, float], stiffness: Sequence[float]) -> None:
+    def __init__(
+        self, s: Scene, ends: Any, frames: Any, rest: tuple[float, float], stiffness: Sequence[float]
+    ) -> None:
         ei, ea, (p, q), (l0, bow) = stiffness[0], stiffness[1], ends, rest
         d = [q.pos[0] - p.pos[0], q.pos[1] - p.pos[1]]
         chord = s.b.call("sqrt", s.b.const(0.0) + dot(d, d))
@@ -274,5 +314,9 @@ class Element:
         tangents = [frame.direction((1.0, 0.0, 0.0)) for frame in frames]
         a, b = (s.b.call("atan2", x * t[1] - y * t[0], x * t[0] + y * t[1]) for t in tangents)
         along = chord / l0 - sinc(0.5 * bow) + (2.0 * a * a - a * b + 2.0 * b * b - 1.25 * bow * bow) / 30.0
-        self.strains = [("along", ea * l0, along), ("even", ei / l0, b - a - bow), ("odd", 3.0 * ei / l0, a + b)]
+        self.strains = [
+            ("along", ea * l0, along),
+            ("even", ei / l0, b - a - bow),
+            ("odd", 3.0 * ei / l0, a + b),
+        ]
         self.pull, self.moments = (ea, along), [(ei / l0, b - a - bow)]

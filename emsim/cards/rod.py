@@ -1,11 +1,11 @@
 """An element of a BEAM in space: bent about two axes, twisted and stretched; Euler-Bernoulli, corotational.
 
 Of length l0, between nodes p, q whose own axes are t along the beam, n and b the principal axes of its section. e is the
-direction of its chord, l long; each node's axes are turned by the shortest way that takes t to e, so that n lies across the chord:
+direction of its chord, l long; each node's axes are turned by the shortest way that takes t to e, so that n lies across it:
 
     n'       n - (e.n)/(1 + c) (t + e),   c = t.e
-    A        4 g(v^2)/(1 + s) u,  u = (t - c e)/(1 + c),  s^2 = 1 + u.u,  v^2 = (s - 1)/(s + 1): from the chord to the tangent [rad],
-             v = tan(angle/4), g = atan(v)/v as a series
+    A        4 g(v^2)/(1 + s) u,  u = (t - c e)/(1 + c),  s^2 = 1 + u.u,  v^2 = (s - 1)/(s + 1): from the chord to the
+             tangent [rad], v = tan(angle/4), g = atan(v)/v as a series
     phi      the angle about e from n' of p to n' of q
     a, b     A of p and of q along the bisector of both n', and across it
     twist    phi + (a x b)/2       what the shortest ways enclose, of a cubic between the slopes
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from .base import Scene
 
+
 def sinc(x: float) -> float:
     """sin(x)/x"""
     return sin(x) / x if x else 1.0
@@ -41,7 +42,14 @@ class Rod:
     """`strains`: (word, stiffness, strain), V = sum of stiffness strain^2/2; `moments` about x, y, z in the middle, and the pull:
     (stiffness, strain) of each."""
 
-    def __init__(self, s: Scene, ends: Sequence[Any], frames: Sequence[Any], rest: tuple[float, float], stiffness: Sequence[float]) -> None:
+    def __init__(
+        self,
+        s: Scene,
+        ends: Sequence[Any],
+        frames: Sequence[Any],
+        rest: tuple[float, float],
+        stiffness: Sequence[float],
+    ) -> None:
         (ei, ea, _, eiy, gj), (p, q), (l0, bow) = stiffness, ends, rest
         d = subtract(q.pos, p.pos)
         chord = s.b.call("sqrt", s.b.const(0.0) + dot(d, d))

@@ -594,6 +594,12 @@ MACHINES = {
             key: ("BEAM b l=1 n=1 ei=1 ea=1 rhoa=1 @\n", f"{key}=1", f"{key}=2")
             for key in ("x", "y", "angle", "vx", "vy", "omega")
         },
+        "arc": ("BEAM b l=1 n=3 ei=1 ea=1 rhoa=1 @\n", "arc=1", "arc=2"),
+        "g": ("BEAM b l=1 n=1 e=1 rho=1 section=round(0.1) omega=(1,2,3) @\n", "g=1", "g=2"),
+        **{
+            key: (f"BEAM b l=1 n=1 ei=1 ea=1 rhoa=1 {'gj=1' * (key != 'gj')} @ omega=(1,2,3)\n", f"{key}={a}", f"{key}={b}")
+            for key, a, b in (("eiy", 1, 2), ("gj", 1, 2), ("z", 1, 2), ("vz", 1, 2), ("rot", "(1,0,0)", "(0,1,0)"))
+        },
     },
     "ROPE": {
         **{

@@ -55,7 +55,7 @@ ELSEWHERE = {
     "mechanical/two_clutches", "mechanical/screw_jack", "mechanical/hooke_double", "mechanical/stewart_legs",
     "mechanical/ref_fric_slider_crank", "coupled/screw_jack_motor",
     "mechanical/torsion_chain", "mechanical/toggle_rests", "mechanical/ball_with_spin", "coupled/maglev_ball",
-    "mechanical/beam_roll_up",
+    "mechanical/beam_roll_up", "mechanical/beam_bend", "mechanical/fishing_rod",
     # shares of corners that nothing determines; columns of a body by itself; told as E418 there
     "mechanical/planks", "mechanical/rattleback", "mechanical/solids",
 }  # fmt: skip
