@@ -97,7 +97,10 @@ if TYPE_CHECKING:
         sink: Sink
         models: dict[str, Model]
         gravity: tuple[float, float, float]
+        bodies: dict[str, Any]
+        couplings: dict[str, Any]
 
+        def joint(self, name: str) -> JointView: ...
         def frame(self, name: str) -> BodyView: ...
         def compile(self, value: Any, span: Span) -> Expr: ...  # number, expression or Waveform
         def compile_energy(self, value: Any, span: Span, own: Own) -> Expr: ...  # to be differentiated
@@ -124,12 +127,8 @@ if TYPE_CHECKING:
         def parts(self, name: str | None = None) -> list[tuple[str, str, Shape]]: ...  # (name, body, shape)
         def joined(self, a: str, b: str) -> bool: ...  # does a joint join two bodies?
         def is_still(self, body: str) -> bool: ...
-        def reaction(
-            self, name: str, place: int = 0
-        ) -> Expr: ...  # effort of a GEAR or DRIVE on its joint, of a card's row
-        def load(
-            self, joint: JointView
-        ) -> Expr | None: ...  # with which its parts press on each other [N], 0 or more
+        def reaction(self, name: str, place: int = 0) -> Expr: ...  # effort of a GEAR, a DRIVE, a card's row
+        def load(self, joint: JointView) -> Expr | None: ...  # how its parts press on each other [N], >= 0
 
     class Pen(Protocol):
         """What a card draws on, see assemble/drawing.py. A place is [body, x, y, z] in the body's axes [m]."""

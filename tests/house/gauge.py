@@ -41,7 +41,7 @@ APART = (
     "emsim/elements/added.py", "emsim/elements/public.py", "emsim/cli/models.py", "emsim/cards/hulls.py", "emsim/cards/pairs.py",
     "emsim/cards/solids.py", "emsim/cards/supports.py", "emsim/outputs/glyphs/body.py", "emsim/engine/dae/src/tangent/",
     "emsim/engine/integrate/src/driver/outside.rs", "emsim/engine/integrate/src/session/exchange.rs",
-    "emsim/cards/beam.py", "emsim/cards/rod.py",
+    "emsim/cards/beam.py", "emsim/cards/rod.py", "emsim/cards/mode.py", "emsim/cards/flange.py",
 )  # fmt: skip
 KNOT = 8  # modules that import each other in a circle and can still be read as one thing
 
