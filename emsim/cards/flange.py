@@ -25,7 +25,7 @@ class Flange(Card):
         terminals="p:point q1:joint | p:point q1:joint q2:joint",
         mark=("shape",),
         meaning="a place of a body that moves with its modes; it is a body, name.at",
-        laws={"x": "x + sum of shape q, small"},
+        laws={"q": "place and turn are those of the body and the sum of shape q"},
         shape=Required(
             "", "how the place moves [m] and turns [rad] where a mode's coordinate is 1", "vector"
         ),
