@@ -82,6 +82,9 @@ class Absolute(Machine):
         self.plan = Plan(moving, [], list(self.joints))
         for joint in self.joints.values():
             joint.cut = True
+            if joint.kind.in_plane_only:
+                joint.kind = type(self.like.joints[joint.name].kind)(joint.card)
+                joint.card.settle(joint.kind, self.sink)
             joint.kind.length = self.like.joints[joint.name].kind.length
         # what acts across the plane is shared too
         across = self.shares and reactions.OUT_OF_PLANE[0] in reactions.words(self.like)
@@ -187,8 +190,14 @@ class Absolute(Machine):
         return [owner] if owner in self.bodies else super().loop_of(owner)
 
     def default_outputs(self) -> list[str]:
-        joints = [j for j in self.joints.values() if len(j.qs) < len(j.kind.coordinates)]
-        unmeasured = {f"{c.word}({j.name})" for j in joints for c in j.kind.coordinates}
+        parts = [
+            (j.name, *part)
+            for j in self.joints.values()
+            for part in ((j.kind.coordinates, j.qs), (j.kind.speeds, j.us))
+        ]
+        unmeasured = {
+            f"{c.word}({name})" for name, words, known in parts for c in words if len(known) < len(words)
+        }
         # quaternions and body rates of free bodies are those of joints, and here there are none
         free = [j.name for key, j in self.like.joints.items() if key[:1] == FREE]
         unmeasured |= {f"{c.word}({name})" for name in free for c in (*Ball.coordinates, *Ball.speeds)}

@@ -170,6 +170,9 @@ class Mechanism(Binding):
     def frame(self, name: str) -> Frame:
         return self.frames[name]
 
+    def joint(self, name: str) -> JointView:
+        return self.joints[name]
+
     def speeds(self, joint: str) -> list[Expr]:
         return self.joints[joint].us
 

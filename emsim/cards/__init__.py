@@ -31,6 +31,8 @@ INDEX = {
     "BELT": "belt Belt",
     "ROPE": "rope Rope",
     "BEAM": "beam Beam",
+    "MODE": "mode Mode",
+    "FLANGE": "flange Flange",
     "CAM": "cam Cam",
     "FORCE": "force Force",
     "TORQUE": "torque Torque",

@@ -1,7 +1,6 @@
 """What a machine card is: a specification, and scalars that the compiler differentiates.
 
-The duties of a card, all optional but the first. `s` is the scene (see `Scene` below); every result is an
-`Expr`.
+The duties of a card, all optional but the first. `s` is the scene (see `Scene` below); every result is an `Expr`.
  1. `spec`            the card word, its terminals and parameters with unit, default and meaning.
  2. `check(sink)`     rules between parameters; runs right after binding, reports through the sink.
  3. `prepare(s)`      rules that need the resolved terminals; allocates branch currents.
@@ -9,9 +8,8 @@ The duties of a card, all optional but the first. `s` is the scene (see `Scene` 
  5. `potential(s)`    potential energy V [J], a function of coordinates.
  6. `coenergy(s)`     electrical co-energy W' [J].
     The Lagrangian is L = T - V + W'; momenta are dL/du, forces dL/dq.
- 7. `powers(s)`       list of (effort, flow): the power effort*flow brought INTO the machine [W]. The
-                      generalised force on each coordinate is effort * d(flow)/du with the effort held
-                      constant.
+ 7. `powers(s)`       list of (effort, flow): the power effort*flow brought INTO the machine [W]. The generalised force on each
+                      coordinate is effort * d(flow)/du with the effort held constant.
  8. `stamp(s)`        the electrical side: currents and charges added to node and branch rows.
  9. `probes(s)`       what can be read by name, of PROBES below: {"torque": Expr, ...}; a function without
                       arguments where reading costs an unknown, so that it is made only when asked for.
@@ -99,7 +97,10 @@ if TYPE_CHECKING:
         sink: Sink
         models: dict[str, Model]
         gravity: tuple[float, float, float]
+        bodies: dict[str, Any]
+        couplings: dict[str, Any]
 
+        def joint(self, name: str) -> JointView: ...
         def frame(self, name: str) -> BodyView: ...
         def compile(self, value: Any, span: Span) -> Expr: ...  # number, expression or Waveform
         def compile_energy(self, value: Any, span: Span, own: Own) -> Expr: ...  # to be differentiated
@@ -197,7 +198,7 @@ HUGE = 1e150  # squares of more than that are beyond what floating point holds
 PROBES = {
     "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W",
     "id": "A", "iq": "A", "gap": "m", "slip": "m/s", "friction": "N", "mode": "", "hits": "", "impulse": "N s",
-    "tension": "N", "length": "m", "heat": "W", "flux": "Wb", "flow": "m^3/s",
+    "tension": "N", "length": "m", "heat": "W", "flux": "Wb", "flow": "m^3/s", "mx": "N m", "my": "N m", "mz": "N m",
 }  # fmt: skip
 
 
@@ -535,12 +536,8 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
             sink.error("E232", f"{what} is yes or no", where)
             return param.default
         if word is None or (param.words and word not in param.words):
-            sink.error(
-                "E232",
-                f"{what} is one of: {', '.join(param.words)}" if param.words else f"{what} is a name",
-                where,
-                did_you_mean(word or "", param.words, form="{}"),
-            )
+            said = f"{what} is one of: {', '.join(param.words)}" if param.words else f"{what} is a name"
+            sink.error("E232", said, where, did_you_mean(word or "", param.words, form="{}"))
             return param.default
         return word
     if param.kind == "vector":

@@ -21,7 +21,7 @@ DECKS = [
     "coupled/pendulum_servo", "coupled/slider_crank_hbridge", "coupled/voice_coil", "lessons/05_gear", "lessons/06_pot",
     "mechanical/ref_andrews_squeezer", "mechanical/lead_screw", "mechanical/ref_four_bar", "mechanical/car_differential",
     "mechanical/block_and_tackle", "mechanical/peg_pendulum", "coupled/winch_crane",
-    "mechanical/flexible_pendulum", "coupled/relay", "coupled/saturating_magnet", "coupled/es_switch",
+    "mechanical/flexible_pendulum", "coupled/flexible_arm", "coupled/relay", "coupled/saturating_magnet", "coupled/es_switch",
 ]  # fmt: skip
 BENCH = """what the decks leave out
 .gravity 9.81

@@ -367,7 +367,7 @@ WRONG = {
     "BEAM rod l=1 e=1 rho=1 section=tube(1,0.5)": "E232",
     "BEAM rod l=1 e=1 rho=1 section=star(1,2)": "E232",
     f"BEAM rod l=1 {UNIT}\nBODY rod.n3 m=1": "E135",
-    f"BEAM rod l=1 {UNIT}\nBODY b m=1 j=(1,1,1) z=1\nSPRING s b 0 k=1": "E240",
+    f"BEAM rod l=1 {UNIT}\nBODY b m=1 j=(1,1,1) z=1\nSPRING s b 0 k=1": "E230",
 }
 
 

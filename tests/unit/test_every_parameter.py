@@ -24,7 +24,7 @@ from emsim.elements.modules import names, shipped
 
 NOT_IN_THE_EQUATIONS = {
     "R noisy", "R noise", "R model kf", "R model af", "R model wf", "R model lf", "R model ef",  # .noise reads them
-    "D model kf", "D model af", "DAMPER noisy", "BEAM noisy",
+    "D model kf", "D model af", "DAMPER noisy", "BEAM noisy", "MODE noisy",
     "BODY look",  # changes the picture alone: tests/unit/outputs/test_looks.py
     "R ac",  # of small signals: tests/ngspice/test_operating_values.py
     "V distof1", "V distof2", "I distof1", "I distof2",  # .disto reads them
@@ -604,6 +604,29 @@ MACHINES = {
             key: ("BEAM b l=1 n=1 ei=1 ea=1 rhoa=1 @\n", f"{key}=1", f"{key}=2")
             for key in ("x", "y", "angle", "vx", "vy", "omega")
         },
+        "arc": ("BEAM b l=1 n=3 ei=1 ea=1 rhoa=1 @\n", "arc=1", "arc=2"),
+        "g": ("BEAM b l=1 n=1 e=1 rho=1 section=round(0.1) omega=(1,2,3) @\n", "g=1", "g=2"),
+        **{
+            key: (f"BEAM b l=1 n=1 ei=1 ea=1 rhoa=1 {'gj=1' * (key != 'gj')} @ omega=(1,2,3)\n", f"{key}={a}", f"{key}={b}")
+            for key, a, b in (("eiy", 1, 2), ("gj", 1, 2), ("z", 1, 2), ("vz", 1, 2), ("rot", "(1,0,0)", "(0,1,0)"))
+        },
+    },
+    "MODE": {
+        key: (
+            "BODY a m=9 j=9 x=1\n" + " ".join(["MODE v a", *(w for w in ("f=1", "p=(0,1)", "h=0") if w[0] != key), "@\n"]),
+            f"{key}={a}",
+            f"{key}={b}",
+        )
+        for key, a, b in (
+            ("f", 1, 2), ("m", 1, 2), ("zeta", 0, 1), ("p", "(0,1)", "(0,2)"), ("h", 0, 1), ("ic", "(0,1)", "(1,1)"),
+        )
+    },
+    "FLANGE": {
+        "shape": (
+            "BODY a m=9 j=9\nMODE v a f=1 p=(0,1) h=0 ic=(0.1,0)\nFLANGE t a(1,0) v.q @\nBODY w m=1 j=1\nJOINT k t.at w weld\n",
+            "shape=(0,1,0)",
+            "shape=(0,2,0)",
+        )
     },
     "ROPE": {
         **{

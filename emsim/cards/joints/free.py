@@ -45,6 +45,9 @@ class FreeInSpace(Ball):
         return ["slide"] * 3 + ["turn"] * 3
 
     def start(self, values: Sequence[float]) -> list[float] | None:
+        """x, y, z and a rotation vector; or as in the plane, x, y and the angle."""
+        if len(values) == 3:
+            values = (values[0], values[1], 0.0, 0.0, 0.0, values[2])
         turned = super().start(values[3:]) if len(values) == 6 else None
         return None if turned is None else [*values[:3], *turned]
 
