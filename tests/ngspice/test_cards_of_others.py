@@ -130,3 +130,19 @@ L1 b 0 1m Ipk=5
 """
     _, codes = ran(text, dialect="ltspice")
     assert codes == []
+
+
+def test_an_output_of_dac_bridge_at_ground_drives_nothing():
+    """ngspice 39 runs it: the other bits are as without it."""
+    text = """bits of which one ends at ground
+va a 0 pulse(0 5 0.5u 1n 1n 1u 2u)
+a1 [a] [d] to_bit
+a2 [d d] [out 0] to_volt
+.model to_bit adc_bridge(in_low=1 in_high=2)
+.model to_volt dac_bridge(out_low=0.5 out_high=3)
+r1 out 0 1k
+.tran 10n 2u
+.end
+"""
+    found = ran(text)[0].tran
+    assert [found.at("v(out)", t) for t in (0.4e-6, 1e-6, 1.9e-6)] == pytest.approx([0.5, 3.0, 0.5])
