@@ -58,7 +58,8 @@ SOURCES = {
 }
 RESULTS_OF_OTHERS = {
     "columns": " 0.0e+00  1.0e+00 \n 1.0e-03  2.0e+00 \n",
-    "a table of ngspice's": "t\nTransient Analysis  Mon Jan  1\n-----\nIndex   time   v(a)\n-----\n0\t0.0e0\t1.0\n1\t1e-3\t2.0\n2\t2e-3\t2.0\n3\t3e-3\t2.0\n4\t4e-3\t2.0\n",
+    "a table of ngspice's": "t\nTransient Analysis  Mon Jan  1\n-----\nIndex   time   v(a)\n-----\n"
+    + "".join(f"{k}\t{k}e-3\t1.0\n" for k in range(7)),
     "a raw file": "Title: t\nDate: Mon\nPlotname: Operating Point\nFlags: real\n",
     "named values": "gain = 20.1\nwidth=3e3\n",
     "nothing": "",
