@@ -146,3 +146,37 @@ r1 out 0 1k
 """
     found = ran(text)[0].tran
     assert [found.at("v(out)", t) for t in (0.4e-6, 1e-6, 1.9e-6)] == pytest.approx([0.5, 3.0, 0.5])
+
+
+@pytest.mark.parametrize("word", [".include", ".inc", ".INCLUDE"])
+def test_an_include_in_the_first_line_is_read(word, tmp_path):
+    """As in ngspice 39, which reads nothing else there; the line is the title all the same."""
+    (tmp_path / "load.inc").write_text("r2 a 0 1k\n")
+    (tmp_path / "deck.cir").write_text(f"{word} load.inc\ni1 0 a 1m\nr1 a 0 1k\n.op\n.end\n")
+    result = emsim.run(tmp_path / "deck.cir")
+    assert result["v(a)"][0] == pytest.approx(0.5)
+    assert [d.code for d in result.diagnostics] == ["W108"]
+    assert result.title == f"{word} load.inc"
+
+
+def test_a_model_in_the_first_line_is_not_read():
+    with pytest.raises(emsim.DeckError, match=r"no \.model is called `d1`"):
+        emsim.run(".model d1 d is=1e-14\ni1 0 a 1m\nd1 a 0 d1\n.op\n.end\n")
+
+
+def test_what_the_outer_source_of_dc_was_is_not_among_all_vectors(tmp_path, monkeypatch):
+    """ngspice 39 has no vector for it: columns of `print alli > file` are those that its user counted."""
+    monkeypatch.chdir(tmp_path)
+    text = "t\nv1 a 0 0\nv2 b 0 0\nr1 a b 1k\n"
+    text += ".control\ndc v1 0 1 0.5 v2 0 2 1\nprint alli > i.txt\nprint allv > v.txt\n.endc\n.end\n"
+    emsim.run(text)
+    heads = {
+        line
+        for name in "iv"
+        for line in (tmp_path / f"{name}.txt").read_text().splitlines()
+        if "Index" in line
+    }
+    assert {tuple(line.split()[1:]) for line in heads} == {
+        ("v-sweep", "v1#branch", "v2#branch"),
+        ("v-sweep", "a", "b", "v-sweep"),
+    }

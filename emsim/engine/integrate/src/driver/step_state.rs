@@ -29,6 +29,7 @@ pub struct StepState {
     pub coarse: bool, // rows want steps that end on them
     pub gave_up: Option<(f64, Failure, Vec<String>)>,
     pub mark: f64, // time at the last look for progress
+    pub creeps: u64, // looks in a row at steps of rounding's length
 }
 
 impl StepState {
@@ -50,7 +51,14 @@ impl<S: Sink> Run<'_, S> {
     /// Is the run to go on? Looked at every `TICK` steps.
     #[cold]
     #[inline(never)]
-    pub(super) fn looks_up(&mut self, s: &mut StepState, tick: &mut Tick) -> bool {
+    pub(super) fn looks_up(&mut self, s: &mut StepState, method: &mut dyn Method, tick: &mut Tick) -> bool {
+        // in so many steps so short, currents are roundings of charges, which a method does not outgrow: another one begins anew
+        let creeps = s.h < CREEPS * self.tmax && self.o.fixed_step.is_none();
+        s.creeps = if creeps { s.creeps + 1 } else { 0 };
+        if s.creeps > TICK && method.fallback(self.w, &self.x).is_some() {
+            (s.h, s.creeps) = (s.first, 0);
+            return true;
+        }
         // so many steps for so little: the run would never end
         if s.count % PATIENCE == 0 {
             if self.t - s.mark < LEAST * self.a.tstop && self.o.fixed_step.is_none() {
@@ -88,7 +96,7 @@ impl<S: Sink> Run<'_, S> {
             return true;
         }
         let last = fixed || self.blow_up.unknown().is_some();
-        if let Some(over) = if last { None } else { self.creeps_over(step, method) } {
+        if let Some(over) = if last { None } else { self.creeps_over(step, next <= smallest, method) } {
             self.restart(method);
             (s.h, s.failures) = (over, 0);
             return true;
@@ -160,9 +168,9 @@ impl<S: Sink> Run<'_, S> {
     /// Steps that have shrunk to nearly nothing, and then failed, are at a corner that the equations themselves have (the
     /// current of a diode without capacitance that an inductor turns off). One implicit step leads over it, the shortest
     /// that rounding allows, a longer one each time it was not enough; its length, for the next step.
-    fn creeps_over(&mut self, step: f64, method: &mut dyn Method) -> Option<f64> {
+    fn creeps_over(&mut self, step: f64, shortest: bool, method: &mut dyn Method) -> Option<f64> {
         let width = self.tmax.min(self.stop - self.t);
-        if step > CREEPS * self.tmax {
+        if step > CREEPS * self.tmax && !shortest {
             return None;
         }
         let again = self.t < self.crept.0 + LEAP * width;
