@@ -291,7 +291,9 @@ class _Builder(ElementCards, DotCards):
         titled = reading = Reading(self.file, has_title=is_main)
         deck.title = reading.title
         if is_main and deck.title.lower().startswith(".inc"):
-            reading = Reading(self.file, has_title=False)  # ngspice 39 reads an .include there, and nothing else
+            reading = Reading(
+                self.file, has_title=False
+            )  # ngspice 39 reads an .include there, and nothing else
         self.file.dialect = dialect or self.stated_dialect(reading) or self.file.dialect
         for span in reading.stray:
             sink.error("E101", "this line continues nothing", span, "`+` joins a line to the card above it")

@@ -180,3 +180,37 @@ def test_what_the_outer_source_of_dc_was_is_not_among_all_vectors(tmp_path, monk
         ("v-sweep", "v1#branch", "v2#branch"),
         ("v-sweep", "a", "b", "v-sweep"),
     }
+
+
+def test_currents_of_terminals_as_ltspice_and_pspice_write_them():
+    """ie(q1) is @q1[ie], id(m1) is @m1[id]: Kirchhoff's law of a transistor."""
+    text = """t
+v1 c 0 5
+v2 b 0 0.7
+re e 0 1k
+q1 c b e qm
+.model qm npn
+m1 c b s 0 mm
+.model mm nmos vto=0.1
+rs s 0 1k
+.op
+.print op ic(q1) ib(q1) ie(q1) id(m1) is(m1) v(e) v(s)
+.end
+"""
+    found = ran(text)[0].op
+    ic, ib, ie, drain, source = (
+        found[name][0] for name in ("ic(q1)", "ib(q1)", "ie(q1)", "id(m1)", "is(m1)")
+    )
+    assert ie == pytest.approx(-found["v(e)"][0] / 1e3, rel=1e-6)
+    assert ic + ib + ie == pytest.approx(0.0, abs=1e-11)  # gmin
+    assert source == pytest.approx(-found["v(s)"][0] / 1e3, rel=1e-4)
+    assert drain == pytest.approx(-source, rel=1e-4)
+
+
+def test_a_file_of_print_may_have_brackets_in_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    emsim.run(
+        "t\nv1 a 0 5\nr1 a 0 1k\n.control\nop\nprint i(v1) > current(1).txt\nprint (v(a) > 0.5)\n.endc\n.end\n"
+    )
+    assert (tmp_path / "current(1).txt").read_text().split() == ["i(v1)", "=", "-5.00000e-03"]
+    assert [file.name for file in tmp_path.iterdir()] == ["current(1).txt"]
