@@ -290,10 +290,9 @@ class _Builder(ElementCards, DotCards):
         deck, sink = self.deck, self.sink
         titled = reading = Reading(self.file, has_title=is_main)
         deck.title = reading.title
-        if is_main and deck.title.lower().startswith(".inc"):
-            reading = Reading(
-                self.file, has_title=False
-            )  # ngspice 39 reads an .include there, and nothing else
+        # ngspice 39 reads an .include there, and nothing else
+        if is_main and dialect is None and deck.title.lower().startswith(".inc"):
+            reading = Reading(self.file, has_title=False)
         self.file.dialect = dialect or self.stated_dialect(reading) or self.file.dialect
         for span in reading.stray:
             sink.error("E101", "this line continues nothing", span, "`+` joins a line to the card above it")
@@ -452,14 +451,16 @@ class _Builder(ElementCards, DotCards):
         """ngspice takes the first line as the title whatever it says; a card there is probably a slip."""
         words = reading.title.split()
         if self.looks_like_card(reading.title, words):
-            read = words[0].lower().startswith(".inc")
+            read = (
+                ", and is read as one, as in ngspice"
+                if words[0].lower().startswith(".inc")
+                else " and is not read as one"
+            )
             text_line = self.file.text_line(reading.title_line)
             col = len(text_line) - len(text_line.lstrip()) + 1
             self.sink.warning(
                 "W108",
-                "the first line is the title; this one is an .include, and read all the same, as in ngspice"
-                if read
-                else "the first line is the title; this one looks like a card and is not read as one",
+                f"the first line is the title; this one looks like a card{read}",
                 Span(self.file, reading.title_line, col, col + len(reading.title)),
                 "put a title line above it",
             )

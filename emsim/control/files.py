@@ -65,9 +65,7 @@ def target(s: Session, name: str) -> str:
         raise CommandError("E163", f"there is no folder for `{name}`")
     if os.path.exists(real) and path not in s.files and not written.is_ours(real):
         if not written.holds_results(real):
-            hint = (
-                "remove it, or write to another name; results are written over, and what emsim wrote itself"
-            )
+            hint = "remove it, or write to another name; results are written over, and what emsim wrote"
             raise CommandError("E163", f"`{name}` is there already, and holds no results", hint)
         s.note(f"`{name}` was there, and is written over")
     return path

@@ -168,8 +168,8 @@ def _tables(file: str) -> list[str]:
     with open(file, encoding="utf-8", errors="replace") as opened:
         text = opened.read()
     names = re.findall(r'"([^"\n]+)"', text) if "$table_model" in text else []
-    beside = (os.path.normpath(os.path.join(os.path.dirname(file), name)) for name in names)
-    return [path for path in beside if os.path.isfile(path)]
+    beside = [os.path.normpath(os.path.join(os.path.dirname(file), name)) for name in names]
+    return [*filter(os.path.isfile, beside)]
 
 
 def copied(module: Module, path: str) -> tuple[str, str]:

@@ -28,7 +28,7 @@ pub struct StepState {
     pub count: u64,
     pub coarse: bool, // rows want steps that end on them
     pub gave_up: Option<(f64, Failure, Vec<String>)>,
-    pub mark: f64, // time at the last look for progress
+    pub mark: f64,   // time at the last look for progress
     pub creeps: u64, // looks in a row at steps of rounding's length
 }
 
