@@ -214,3 +214,36 @@ def test_a_file_of_print_may_have_brackets_in_its_name(tmp_path, monkeypatch):
     )
     assert (tmp_path / "current(1).txt").read_text().split() == ["i(v1)", "=", "-5.00000e-03"]
     assert [file.name for file in tmp_path.iterdir()] == ["current(1).txt"]
+
+
+# a clocked stage as layouts are extracted: its input and its well hang on capacitors and junctions alone
+EXTRACTED = """t
+vdd v 0 1.8
+v1 clk 0 pulse 0 1.8 0.03u 10p 10p 60n 100n
+v2 b 0 pulse 0 1.8 0.3u 10p 10p 0.1u 0.3u
+m1 y x v w p w=7.2u l=0.18u ad=3.2p pd=15u
+m2 z clk y 0 n w=3.6u l=0.18u ad=3.2p pd=9u as=1.6p ps=8u
+m3 0 x z 0 n w=3.6u l=0.18u
+m4 s y 0 0 n w=1.8u l=0.18u ad=0.8p pd=4.5u
+c1 clk y 0.13f
+c2 x u 0.13f
+c3 t v 0.44f
+c4 clk u 0.7f
+c5 v b 0.19f
+c6 y w 0.1f
+c7 x 0 1f
+c8 clk 0 0.09f
+.model n nmos level=8 tox=4.1n k1=0.58 k3=0.043 rsh=6.7
+.model p pmos level=8 tox=4.1n u0=115.7 ua=1.5n a0=1.76 rsh=7.8 ua1=4.3n cgdo=0.63n cf=0
+.tran 10n 40n
+.end
+"""
+
+
+def test_steps_that_creep_are_handed_to_another_method():
+    """At 30 ns steps of 1e-22 s were taken for ever (E414): their currents are roundings of charges."""
+    found = ran(EXTRACTED)[0].tran
+    other = ran(EXTRACTED, method="trbdf2")[0].tran
+    for node in "yxswzu":
+        for t in (25e-9, 32e-9, 40e-9):
+            assert found.at(f"v({node})", t) == pytest.approx(other.at(f"v({node})", t), abs=5e-3)
