@@ -291,7 +291,7 @@ class _Builder(ElementCards, DotCards):
         titled = reading = Reading(self.file, has_title=is_main)
         deck.title = reading.title
         # ngspice 39 reads an .include there, and nothing else
-        if is_main and dialect is None and deck.title.lower().startswith(".inc"):
+        if is_main and dialect is None and deck.title.lower().split()[:1] in ([".inc"], [".include"]):
             reading = Reading(self.file, has_title=False)
         self.file.dialect = dialect or self.stated_dialect(reading) or self.file.dialect
         for span in reading.stray:
