@@ -288,8 +288,11 @@ class _Builder(ElementCards, DotCards):
     def build(self, is_main: bool, dialect: Dialect | None = None) -> Deck:
         """`dialect`: in place of the one that the text names."""
         deck, sink = self.deck, self.sink
-        reading = Reading(self.file, has_title=is_main)
+        titled = reading = Reading(self.file, has_title=is_main)
         deck.title = reading.title
+        # ngspice 39 reads an .include there, and nothing else
+        if is_main and dialect is None and deck.title.lower().split()[:1] in ([".inc"], [".include"]):
+            reading = Reading(self.file, has_title=False)
         self.file.dialect = dialect or self.stated_dialect(reading) or self.file.dialect
         for span in reading.stray:
             sink.error("E101", "this line continues nothing", span, "`+` joins a line to the card above it")
@@ -331,7 +334,7 @@ class _Builder(ElementCards, DotCards):
             for body in (self.deck.body, *self.deck.sections.values()):
                 with_resistance(body, self.file.dialect.coil_resistance)
         if is_main:
-            self.judge_title(reading)
+            self.judge_title(titled)
         return deck
 
     def stated_dialect(self, reading: Reading) -> Dialect | None:
@@ -448,11 +451,16 @@ class _Builder(ElementCards, DotCards):
         """ngspice takes the first line as the title whatever it says; a card there is probably a slip."""
         words = reading.title.split()
         if self.looks_like_card(reading.title, words):
+            read = (
+                ", and is read as one, as in ngspice"
+                if words[0].lower().startswith(".inc")
+                else " and is not read as one"
+            )
             text_line = self.file.text_line(reading.title_line)
             col = len(text_line) - len(text_line.lstrip()) + 1
             self.sink.warning(
                 "W108",
-                "the first line is the title; this one looks like a card and is not read as one",
+                f"the first line is the title; this one looks like a card{read}",
                 Span(self.file, reading.title_line, col, col + len(reading.title)),
                 "put a title line above it",
             )

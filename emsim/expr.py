@@ -448,6 +448,9 @@ def undefined(node: Name, scope: Scope) -> ExprError:
     return ExprError("E120", f"no parameter is called `{node.id}`", node.span, hint, fixes)
 
 
+# currents into terminals, as LTspice and PSpice write what ngspice calls @q1[ic]
+AT_TERMINALS = ("ib", "ic", "ie", "ig", "is")  # and `id`, which is a machine's too: behaviour.py
+
 # functions of LTspice and PSpice, and what to write
 FOREIGN = {
     "uplim": "write min(x, limit), or say --dialect ltspice", "dnlim": "write max(x, limit), or say --dialect ltspice",
@@ -543,6 +546,8 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], calls: _Calls) 
         args = [_fold_place(a, scope, bound, calls) for a in node.args]
         changed = any(a is not b for a, b in zip(args, node.args, strict=True))
         return scope.probe(Call(node.fn, args, node.at) if changed else node)
+    if node.fn in AT_TERMINALS and len(node.args) == 1 and isinstance(node.args[0], Name):
+        return _fold(Name(f"@{node.args[0].id}[{node.fn}]", node.at), scope, bound, calls)
     if not any(node.fn in known for known in (MATH, BRANCHES, OF_TIME, OF_TICKS, RANDOM)):
         raise unknown_function(node)  # before its arguments: they may be what a probe that was meant takes
     args = [_fold(a, scope, bound, calls) for a in node.args]

@@ -318,6 +318,10 @@ class Compiler:
                 return probe
         if fn in ("v", "i"):
             return self._voltage(node) if fn == "v" else self._no_current(node)
+        if fn == "id" and len(args) == 1 and self._current(args[0]) is not None:
+            return self._device(
+                Name(f"@{_word(args[0])}[id]", node.at)
+            )  # of a transistor, as LTspice writes it
         if fn in OF_TICKS:
             said = f"`{fn}` counts ticks: it belongs into the equations of a BLOCK"
             return self._error("E392", said, node, "BLOCK name clock= x={..}, and read name.x here")

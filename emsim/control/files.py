@@ -1,5 +1,5 @@
 """What is written and read: write, wrdata, load, source. Only below the working directory and the deck's folder, only what
-results are stored in, and over nothing but what emsim itself has written."""
+results are stored in, and over nothing but results and what emsim itself has written."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def is_inside(s: Session, path: str) -> bool:
 
 def target(s: Session, name: str) -> str:
     """A path that a command may write. Raises CommandError for one outside, for what is no file of results, and for a file that
-    somebody else has made."""
+    is there and is neither results nor emsim's own."""
     path = os.path.join(s.folder, name)
     if not name or "\0" in name or name.startswith("~"):
         raise CommandError(
@@ -57,15 +57,17 @@ def target(s: Session, name: str) -> str:
     if base.startswith(".") or suffix not in RESULTS:
         said = f"`{name}` is no file of results: commands write " + " ".join("." + one for one in RESULTS)
         raise CommandError("E163", said, f"{base.strip('.').partition('.')[0] or 'results'}.txt")
-    if real in s.own:
+    if real in (*s.own, *map(os.path.realpath, s.deck.deck.named)):
         raise CommandError("E163", f"`{name}` is a file of the deck", "call the file otherwise")
     if os.path.exists(real) and not os.path.isfile(real):
         raise CommandError("E163", f"`{name}` is no file")
     if not os.path.isdir(os.path.dirname(real)):
         raise CommandError("E163", f"there is no folder for `{name}`")
     if os.path.exists(real) and path not in s.files and not written.is_ours(real):
-        hint = "remove it, or write to another name; what emsim has written may be written over until somebody changes it"
-        raise CommandError("E163", f"`{name}` is there already, and emsim has not written it", hint)
+        if not written.holds_results(real):
+            hint = "remove it, or write to another name; results are written over, and what emsim wrote"
+            raise CommandError("E163", f"`{name}` is there already, and holds no results", hint)
+        s.note(f"`{name}` was there, and is written over")
     return path
 
 

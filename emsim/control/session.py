@@ -272,6 +272,7 @@ class Session:
                 kind = "pss" if kind == "harmonics" else kind
                 plot = self.plots.new(kind, self.deck.title, table.plotname, table)
                 plot.beside = {p.text for p in self.deck.wanted}
+                plot.beside |= set(table.steps)  # what outer sources were
                 if kind == "tran":
                     on_its_way(self, transients[0], plot)
         done = {t.kind for t in tables if len(t)}

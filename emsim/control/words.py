@@ -160,7 +160,7 @@ def redirected(text: str) -> tuple[str, str, bool] | None:
         return " " * len(found[0])
 
     plain = re.sub(r"\"[^\"]*\"|'[^']*'", hidden, text)
-    plain = re.sub(r"\([^()]*\)", hidden, plain)
+    plain = re.sub(r"\([^()]*>[^()]*\)", hidden, plain)
     found = re.search(r"(>>?)\s*([^\s<=>\"'][^\s>\"']*)\s*$", plain)
     if found is None or not re.search(r"[A-Za-z_]", found[2]) or re.fullmatch(r"[\d.]+[A-Za-z]*", found[2]):
         return None

@@ -157,7 +157,19 @@ def files_of(module: Module, path: str) -> list[str]:
 
     files = {os.path.abspath(file) for file in (path, *module.texts.files)}
     # some that every text may include have a name and no file
-    return sorted(file for file in files if os.path.isfile(file) and not file.startswith(own + os.sep))
+    texts = [file for file in files if os.path.isfile(file) and not file.startswith(own + os.sep)]
+    return sorted({*texts, *(table for file in texts for table in _tables(file))})
+
+
+def _tables(file: str) -> list[str]:
+    """The files that $table_model reads in a text: what it names between quotes, and lies beside it."""
+    import re
+
+    with open(file, encoding="utf-8", errors="replace") as opened:
+        text = opened.read()
+    names = re.findall(r'"([^"\n]+)"', text) if "$table_model" in text else []
+    beside = [os.path.normpath(os.path.join(os.path.dirname(file), name)) for name in names]
+    return [*filter(os.path.isfile, beside)]
 
 
 def copied(module: Module, path: str) -> tuple[str, str]:

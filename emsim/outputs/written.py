@@ -1,9 +1,10 @@
-"""What emsim has written, so that commands of a deck overwrite nothing else.
+"""What commands of a deck may write over: results, whoever made them, and what emsim has written itself.
 
-A file's text cannot tell: columns of numbers may be somebody's measurement. So each file that a section writes is remembered by
-its place, its size and its time, in one file of the user's state; a file that stands there as it was left is emsim's, one that
-was changed, copied or made by anybody else is not. Names are kept as digests. Where the state cannot be kept, nothing is known,
-and nothing overwritten.
+A deck names its files of results, and a run before this one, of emsim or of ngspice, has left them there. Results are told by
+their content: raw files, pictures, dumps, text of which most lines hold numbers and none is a card. Of everything else, such as
+texts of `echo`, each file that a section writes is remembered by its place, its size and its time, in one file of the user's
+state; a file that stands there as it was left is emsim's, one that was changed, copied or made by anybody else is not. Names are
+kept as digests. Where the state cannot be kept, nothing is known.
 """
 
 from __future__ import annotations
@@ -50,6 +51,24 @@ def remember(path: str) -> None:
             out.write(f"{_place(path)} {_as_it_is(path)}\n")
     except (OSError, ValueError):
         pass
+
+
+def holds_results(path: str) -> bool:
+    """Is the file at `path` a result of some run by its content, and no deck, no library and no text of somebody's?"""
+    import re
+
+    try:
+        with open(path, "rb") as file:
+            head = file.read(MOST)
+    except OSError:
+        return False
+    if head.startswith((b"\x89PNG", b"%PDF", b"%!PS")) or b"\nPlotname:" in head or b"$timescale" in head:
+        return True
+    lines = [line for line in head.decode("utf-8", "replace").splitlines() if line.strip()]
+    if b"\0" in head or any(re.match(r"\s*\.[A-Za-z]", line) for line in lines):
+        return False
+    number = r"(?:^|[\s,;]|[^=<>!~]=)[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?=$|[\s,;])"
+    return b"<svg" in head or 2 * sum(bool(re.search(number, line)) for line in lines) >= len(lines)
 
 
 def is_ours(path: str) -> bool:

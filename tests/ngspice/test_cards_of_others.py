@@ -130,3 +130,120 @@ L1 b 0 1m Ipk=5
 """
     _, codes = ran(text, dialect="ltspice")
     assert codes == []
+
+
+def test_an_output_of_dac_bridge_at_ground_drives_nothing():
+    """ngspice 39 runs it: the other bits are as without it."""
+    text = """bits of which one ends at ground
+va a 0 pulse(0 5 0.5u 1n 1n 1u 2u)
+a1 [a] [d] to_bit
+a2 [d d] [out 0] to_volt
+.model to_bit adc_bridge(in_low=1 in_high=2)
+.model to_volt dac_bridge(out_low=0.5 out_high=3)
+r1 out 0 1k
+.tran 10n 2u
+.end
+"""
+    found = ran(text)[0].tran
+    assert [found.at("v(out)", t) for t in (0.4e-6, 1e-6, 1.9e-6)] == pytest.approx([0.5, 3.0, 0.5])
+
+
+@pytest.mark.parametrize("word", [".include", ".inc", ".INCLUDE"])
+def test_an_include_in_the_first_line_is_read(word, tmp_path):
+    """As in ngspice 39, which reads nothing else there; the line is the title all the same."""
+    (tmp_path / "load.inc").write_text("r2 a 0 1k\n")
+    (tmp_path / "deck.cir").write_text(f"{word} load.inc\ni1 0 a 1m\nr1 a 0 1k\n.op\n.end\n")
+    result = emsim.run(tmp_path / "deck.cir")
+    assert result["v(a)"][0] == pytest.approx(0.5)
+    assert [d.code for d in result.diagnostics] == ["W108"]
+    assert result.title == f"{word} load.inc"
+
+
+def test_a_model_in_the_first_line_is_not_read():
+    with pytest.raises(emsim.DeckError, match=r"no \.model is called `d1`"):
+        emsim.run(".model d1 d is=1e-14\ni1 0 a 1m\nd1 a 0 d1\n.op\n.end\n")
+
+
+def test_what_the_outer_source_of_dc_was_is_not_among_all_vectors(tmp_path, monkeypatch):
+    """ngspice 39 has no vector for it: columns of `print alli > file` are those that its user counted."""
+    monkeypatch.chdir(tmp_path)
+    text = "t\nv1 a 0 0\nv2 b 0 0\nr1 a b 1k\n"
+    text += ".control\ndc v1 0 1 0.5 v2 0 2 1\nprint alli > i.txt\nprint allv > v.txt\n.endc\n.end\n"
+    emsim.run(text)
+    heads = {
+        line
+        for name in "iv"
+        for line in (tmp_path / f"{name}.txt").read_text().splitlines()
+        if "Index" in line
+    }
+    assert {tuple(line.split()[1:]) for line in heads} == {
+        ("v-sweep", "v1#branch", "v2#branch"),
+        ("v-sweep", "a", "b", "v-sweep"),
+    }
+
+
+def test_currents_of_terminals_as_ltspice_and_pspice_write_them():
+    """ie(q1) is @q1[ie], id(m1) is @m1[id]: Kirchhoff's law of a transistor."""
+    text = """t
+v1 c 0 5
+v2 b 0 0.7
+re e 0 1k
+q1 c b e qm
+.model qm npn
+m1 c b s 0 mm
+.model mm nmos vto=0.1
+rs s 0 1k
+.op
+.print op ic(q1) ib(q1) ie(q1) id(m1) is(m1) v(e) v(s)
+.end
+"""
+    found = ran(text)[0].op
+    ic, ib, ie, drain, source = (
+        found[name][0] for name in ("ic(q1)", "ib(q1)", "ie(q1)", "id(m1)", "is(m1)")
+    )
+    assert ie == pytest.approx(-found["v(e)"][0] / 1e3, rel=1e-6)
+    assert ic + ib + ie == pytest.approx(0.0, abs=1e-11)  # gmin
+    assert source == pytest.approx(-found["v(s)"][0] / 1e3, rel=1e-4)
+    assert drain == pytest.approx(-source, rel=1e-4)
+
+
+def test_a_file_of_print_may_have_brackets_in_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    emsim.run(
+        "t\nv1 a 0 5\nr1 a 0 1k\n.control\nop\nprint i(v1) > current(1).txt\nprint (v(a) > 0.5)\n.endc\n.end\n"
+    )
+    assert (tmp_path / "current(1).txt").read_text().split() == ["i(v1)", "=", "-5.00000e-03"]
+    assert [file.name for file in tmp_path.iterdir()] == ["current(1).txt"]
+
+
+# a clocked stage as layouts are extracted: its input and its well hang on capacitors and junctions alone
+EXTRACTED = """t
+vdd v 0 1.8
+v1 clk 0 pulse 0 1.8 0.03u 10p 10p 60n 100n
+v2 b 0 pulse 0 1.8 0.3u 10p 10p 0.1u 0.3u
+m1 y x v w p w=7.2u l=0.18u ad=3.2p pd=15u
+m2 z clk y 0 n w=3.6u l=0.18u ad=3.2p pd=9u as=1.6p ps=8u
+m3 0 x z 0 n w=3.6u l=0.18u
+m4 s y 0 0 n w=1.8u l=0.18u ad=0.8p pd=4.5u
+c1 clk y 0.13f
+c2 x u 0.13f
+c3 t v 0.44f
+c4 clk u 0.7f
+c5 v b 0.19f
+c6 y w 0.1f
+c7 x 0 1f
+c8 clk 0 0.09f
+.model n nmos level=8 tox=4.1n k1=0.58 k3=0.043 rsh=6.7
+.model p pmos level=8 tox=4.1n u0=115.7 ua=1.5n a0=1.76 rsh=7.8 ua1=4.3n cgdo=0.63n cf=0
+.tran 10n 40n
+.end
+"""
+
+
+def test_steps_that_creep_are_handed_to_another_method():
+    """At 30 ns steps of 1e-22 s were taken for ever (E414): their currents are roundings of charges."""
+    found = ran(EXTRACTED)[0].tran
+    other = ran(EXTRACTED, method="trbdf2")[0].tran
+    for node in "yxswzu":
+        for t in (25e-9, 32e-9, 40e-9):
+            assert found.at(f"v({node})", t) == pytest.approx(other.at(f"v({node})", t), abs=5e-3)

@@ -203,3 +203,15 @@ def test_the_table_has_each_module_once_and_each_level_a_place():
             assert model in public.of_level(model.letter, level) and model.where(level)
     assert public.of_module("PSP103TVA").title == "PSP 103 with self-heating"
     assert public.of_module("PSP103VA").title == "PSP 103"
+
+
+def test_tables_beside_a_text_come_along(models, scratch):
+    """$table_model reads its points from the copy: the folder that it came from may go."""
+    table = LAW.replace("0.5 * beta * w / l * v * v", '$table_model(v, "points/law.tbl", "1L")')
+    path = models("tabled", body=table)
+    (scratch / "points").mkdir()
+    (scratch / "points" / "law.tbl").write_text("0 0\n1 3m\n")
+    assert main(["models", "add", path, "-q", "--level", "77", "--of", "m"]) == 0
+    (scratch / "points" / "law.tbl").unlink()
+    deck = "t\nV1 d 0 2\nV2 g 0 1\nM1 d g 0 0 n w=1u l=1u\n.model n nmos level=77 vt=0.5\n.op\n.end\n"
+    assert emsim.run(deck).op["i(v1)"][0] == pytest.approx(-1.5e-3)

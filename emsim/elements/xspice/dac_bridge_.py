@@ -19,6 +19,12 @@ class DacBridge(CodeModel):
         t_fall=Word("time from out_high to out_low", "s", 1e-9, least=1e-12),
     )
 
+    def check(self, seat: Seat) -> None:
+        # a voltage between ground and ground has no row: as a current it moves nothing either, as in ngspice
+        for end in seat.at["out"]:
+            if end.type in ("v", "vd") and end.nodes[0] == end.nodes[1]:
+                end.type = "i"
+
     def build(self, seat: Seat) -> None:
         if seat.width("in") != seat.width("out"):
             return seat.wrong(f"{seat.width('in')} digital nodes and {seat.width('out')} voltages")

@@ -48,21 +48,62 @@ def test_what_is_no_file_of_results_is_not_written(name):
     assert os.listdir(".") == []
 
 
-@pytest.mark.parametrize("command", ["write {}", "wrdata {} v(a)", "print v(a) > {}", "echo x >> {}"])
-def test_a_file_of_somebody_else_stays(command):
-    with open("measured.csv", "w") as file:
-        file.write("0 1\n1 2\n")
-    assert codes("op", command.format("measured.csv")) == ["E163"]
-    with open("measured.csv") as file:
-        assert file.read() == "0 1\n1 2\n"
+COMMANDS = ["write {}", "wrdata {} v(a)", "print v(a) > {}", "echo x >> {}"]
+SOURCES = {
+    "a deck": "t\nR1 1 0 1000\nR2 1 0 2000\nR3 1 0 3000\nI1 0 1 1\n.op\n.end\n",
+    "a library": "* diodes\n.model d1 d is=1e-14 n = 1\n",
+    "a list of packages": "numpy==1.26\nscipy>=1.11\n",
+    "prose": "What we measured on Monday.\nThe sensor was warm.\nSee page 3 of the book.\n",
+    "a program": "\x7fELF\0\0 1 2 3\n",
+}
+RESULTS_OF_OTHERS = {
+    "columns": " 0.0e+00  1.0e+00 \n 1.0e-03  2.0e+00 \n",
+    "a table of ngspice's": "t\nTransient Analysis  Mon Jan  1\n-----\nIndex   time   v(a)\n-----\n"
+    + "".join(f"{k}\t{k}e-3\t1.0\n" for k in range(7)),
+    "a raw file": "Title: t\nDate: Mon\nPlotname: Operating Point\nFlags: real\n",
+    "named values": "gain = 20.1\nwidth=3e3\n",
+    "nothing": "",
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("text", SOURCES.values(), ids=SOURCES)
+def test_a_text_of_somebody_s_stays(text, command):
+    with open("notes.txt", "w") as file:
+        file.write(text)
+    assert codes("op", command.format("notes.txt")) == ["E163"]
+    with open("notes.txt") as file:
+        assert file.read() == text
+
+
+@pytest.mark.parametrize("text", RESULTS_OF_OTHERS.values(), ids=RESULTS_OF_OTHERS)
+def test_results_of_a_run_before_are_written_over_with_a_note(text):
+    with open("out.txt", "w") as file:
+        file.write(text)
+    result = emsim.run(section("op", "wrdata out.txt v(a)"))
+    assert [d.message for d in result.diagnostics if "out.txt" in d.message] == [
+        "`out.txt` was there, and is written over"
+    ]
+    with open("out.txt") as file:
+        assert [float(word) for word in file.read().split()][-1] == 1.0
+
+
+def test_what_the_deck_reads_is_not_written_over():
+    with open("wave.txt", "w") as file:
+        file.write("0 0\n1m 1\n")
+    deck = (
+        't\nV1 a 0 PWL file="wave.txt"\nR1 a 0 1k\n.control\ntran 1u 1m\nwrdata wave.txt v(a)\n.endc\n.end\n'
+    )
+    result = emsim.run(deck)
+    assert [d.code for d in result.diagnostics if d.severity == "error"] == ["E163"]
 
 
 @pytest.mark.parametrize("command", ["write {}", "wrdata {} v(a)", "print v(a) > {}"])
 def test_what_emsim_wrote_is_written_over_until_somebody_changes_it(command):
     for _ in range(2):
         assert codes("op", command.format("x.txt"), command.format("x.txt")) == []
-    with open("x.txt", "a") as file:
-        file.write("a note\n")
+    with open("x.txt", "w") as file:
+        file.write("a note\nof mine\n")
     assert codes("op", command.format("x.txt")) == ["E163"]
     os.remove("x.txt")
     assert codes("op", command.format("x.txt")) == []
@@ -76,7 +117,7 @@ def test_the_run_s_own_file_may_be_written_by_its_section_again():
 
 
 def test_a_copy_is_not_what_emsim_wrote():
-    assert codes("op", "wrdata x.txt v(a)") == []
+    assert codes("op", "echo words > x.txt") == []
     with open("x.txt", "rb") as file:
         data = file.read()
     with open("y.txt", "wb") as file:
@@ -87,7 +128,7 @@ def test_a_copy_is_not_what_emsim_wrote():
 def test_without_a_state_nothing_is_known(monkeypatch, tmp_path):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
-    assert codes("op", "wrdata x.txt v(a)") == []
+    assert codes("op", "echo words > x.txt") == []
     assert codes("op", "wrdata x.txt v(a)") == ["E163"]
 
 

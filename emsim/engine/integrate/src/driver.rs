@@ -470,7 +470,7 @@ impl<'a, S: Sink> Run<'a, S> {
                 break;
             }
             s.count += 1;
-            if s.count % TICK == 0 && !self.looks_up(&mut s, tick) {
+            if s.count % TICK == 0 && !self.looks_up(&mut s, method, tick) {
                 return;
             }
             // how far may this step go

@@ -28,7 +28,8 @@ pub struct StepState {
     pub count: u64,
     pub coarse: bool, // rows want steps that end on them
     pub gave_up: Option<(f64, Failure, Vec<String>)>,
-    pub mark: f64, // time at the last look for progress
+    pub mark: f64,   // time at the last look for progress
+    pub creeps: u64, // looks in a row at steps of rounding's length
 }
 
 impl StepState {
@@ -50,7 +51,14 @@ impl<S: Sink> Run<'_, S> {
     /// Is the run to go on? Looked at every `TICK` steps.
     #[cold]
     #[inline(never)]
-    pub(super) fn looks_up(&mut self, s: &mut StepState, tick: &mut Tick) -> bool {
+    pub(super) fn looks_up(&mut self, s: &mut StepState, method: &mut dyn Method, tick: &mut Tick) -> bool {
+        // in so many steps so short, currents are roundings of charges, which a method does not outgrow: another one begins anew
+        let creeps = s.h < CREEPS * self.tmax && self.o.fixed_step.is_none();
+        s.creeps = if creeps { s.creeps + 1 } else { 0 };
+        if s.creeps > TICK && method.fallback(self.w, &self.x).is_some() {
+            (s.h, s.creeps) = (s.first, 0);
+            return true;
+        }
         // so many steps for so little: the run would never end
         if s.count % PATIENCE == 0 {
             if self.t - s.mark < LEAST * self.a.tstop && self.o.fixed_step.is_none() {
