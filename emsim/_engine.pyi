@@ -428,6 +428,8 @@ class SmallSignal:
     def hanging(self) -> tuple[int, float, float] | None:
         """(unknown, volts, amperes) where the point hangs on gmin."""
     @property
+    def unstable(self) -> tuple[int, float, float, bool] | None: ...
+    @property
     def x(self) -> list[float]: ...
     @property
     def residual(self) -> list[float]:

@@ -160,6 +160,10 @@ def linearised(
         from .afterwards import hangs
 
         hangs(assembly, "at the operating point", *linear.hanging)
+    if linear.unstable is not None and analysis.word not in ("pz", "modes"):  # which show it
+        from .afterwards import unstable
+
+        unstable(assembly, analysis, "the operating point is unstable", linear.unstable)
     if not hold and assembly.machine is not None:
         from .moving import unsteady
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from .._engine import Waveforms
     from ..assemble import Assembly
     from ..diagnostics import Span
-    from .base import Computed, Run
+    from .base import Analysis, Computed, Run
 
 
 # A free motion of several coordinates is run once more with a reltol that is FINER times as small; where that changes a column
@@ -42,8 +42,14 @@ def remarks(assembly: Assembly, run: Run) -> None:
         row, *found = waves.hanging
         at = run.analysis.place(waves.value(row, 0)) if run.kind == "dc" else "at the operating point"
         hangs(assembly, at, *found)
-    if getattr(waves, "unstable", None) is not None:
-        _unstable(assembly, run)
+    if (found := getattr(waves, "unstable", None)) is not None:
+        ends = run.kind == "tran" and not found[3]
+        said = (
+            "the run ends at rest where the circuit does not stay"
+            if ends
+            else "the operating point is unstable"
+        )
+        unstable(assembly, run.analysis, said, found)
     if any(run.waves.watch.values()):
         from .watch import teach
 
@@ -87,18 +93,16 @@ def _said(assembly: Assembly) -> None:
             assembly.flat.sink.warning("W386", said, card.span, "log=yes tells all that it says")
 
 
-def _unstable(assembly: Assembly, run: Run) -> None:
+def unstable(
+    assembly: Assembly, analysis: Analysis, said: str, found: tuple[int, float, float, bool]
+) -> None:
     """A rest that the least disturbance leads away from: an operating point, the start of a transient, or its end."""
     from .failure import locate
 
-    waves: Any = run.waves
-    unknown, grows, turns, at_start = waves.unstable
+    unknown, grows, turns, at_start = found
     where, _ = locate(assembly, assembly.system.names[unknown])
-    said = "the operating point is unstable"
     if at_start:
         said += ", and roundings decide which way the run goes from there"
-    elif run.kind == "tran":
-        said = "the run ends at rest where the circuit does not stay"
     how = "grows" if not grows else f"grows e-fold in {1.0 / grows:.3g} s"
     if turns:
         how += f", at {turns / (2.0 * math.pi):.3g} Hz"
@@ -106,7 +110,7 @@ def _unstable(assembly: Assembly, run: Run) -> None:
     assembly.flat.sink.note(
         "N403",
         f"{said}: the least disturbance {how}, most at {where}",
-        run.analysis.card.span,
+        analysis.card.span,
         f"in nature noise is enough; here {start}, .ic or .nodeset v(node)= a little aside leads away",
     )
 

@@ -96,6 +96,19 @@ def test_a_latch_in_the_middle_is_told_to_be_unstable() -> None:
     assert f"grows e-fold in {1.0 / grows:.3g} s" in note.message
 
 
+@pytest.mark.parametrize("analysis", [".ac dec 1 1k 1meg", ".noise v(a) Vdd dec 1 1k 1meg", ".tf v(a) Vdd"])
+def test_small_signals_about_a_rest_that_does_not_stay_are_told(analysis: str) -> None:
+    cards = (
+        *LATCH[:-1],
+        "M1 a b 0 0 nm w=10u l=1u",
+        "M2 b a 0 0 nm w=10u l=1u",
+        "C1 a 0 1p",
+        "C2 b 0 1p",
+        "I1 0 a ac 1",
+    )
+    assert [d.code for d in emsim.run(deck(*cards, analysis)).diagnostics] == ["N403"]
+
+
 def test_stable_circuits_with_gain_are_not_told() -> None:
     amplifier = ("E1 o 0 in x 1e5", "R1 o x 10k", "R2 x 0 1k", "C1 x 0 10p", "V1 in 0 1", "R3 o 0 1k")
     follower = ("Vc c 0 10", "Vb b 0 5", "Q1 c b e qn", "Re e 0 1k", "Ce e 0 1n")

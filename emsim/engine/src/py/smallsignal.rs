@@ -53,6 +53,12 @@ impl SmallSignal {
         held.1.hanging.map(|h| (h.unknown, h.volts, h.amperes))
     }
 
+    /// (unknown, growth [1/s], turning [rad/s], false) of what the least disturbance does there, if it grows.
+    #[getter]
+    fn unstable(&self) -> Option<(usize, f64, f64, bool)> {
+        lock(&self.held).1.unstable.as_ref().map(|u| (u.unknown, u.s.0, u.s.1, u.at_start))
+    }
+
     /// F at the point.
     #[getter]
     fn residual(&self) -> Vec<f64> {

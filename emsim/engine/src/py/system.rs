@@ -508,6 +508,7 @@ impl System {
             let mut x = op::initial(&sys);
             let found = guarded(|| {
                 op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).map_err(no_point)?;
+                w.unstable = op::unstable(&sys, &mut w, &x, 0.0, &o, &tol);
                 complete(&sys, &mut w, &mut x, &tol, statics);
                 Ok(())
             })?;
