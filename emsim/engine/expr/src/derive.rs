@@ -2,8 +2,8 @@
 //!
 //! Reverse mode: with adjoints  ybar_i = dy/dnode_i,  a node f(a, b) adds  ybar * df/da  to a's adjoint. One sweep gives
 //! the derivatives with respect to all leaves, which is what a scalar energy with many coordinates asks for.
+use super::repeat;
 use crate::graph::{Fun, Graph, Id, Node};
-use crate::repeat;
 use std::collections::{BTreeMap, HashMap};
 
 /// dy/dx for each x in `xs` (leaves: unknowns, symbols, time). Flags are constant between events: derivative zero.

@@ -6,8 +6,8 @@
 mod called;
 mod copied;
 
+use super::repeat;
 use crate::interrupt;
-use crate::repeat;
 use called::Listed;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;

@@ -7,10 +7,12 @@
 //!
 //! Its derivatives are those of what it computes: a second loop carries values and tangents side by side, and repeats as often. A
 //! condition chooses how often, and has no slope.
+//!
+//! Graph, derivatives and programs call loops, which are made of these: the one knot of this crate (`super::` below and there).
+use super::tape::{Inputs, Tape};
 use crate::derive;
 use crate::graph::{Graph, Id, Node};
 use crate::interrupt;
-use crate::tape::{Inputs, Tape};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};

@@ -1,6 +1,6 @@
 //! Graphs that call loops: lists of arguments and results, and what is written of them.
+use super::super::repeat::{self, Law};
 use super::{Graph, Id, Node};
-use crate::repeat::{self, Law};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeSet, HashMap};
 
