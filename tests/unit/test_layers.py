@@ -111,6 +111,7 @@ RUST_ROWS = [
     ["sparse", "waves"],
     ["multiversion"],
     ["tape"],
+    ["repeat"],
     ["lanes"],
     ["veriloga"],
     ["derive"],

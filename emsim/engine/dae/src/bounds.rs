@@ -17,7 +17,7 @@ pub fn is_known(node: Node, waves: &[Wave], flags: bool) -> bool {
         Node::Const(_) | Node::Time => true,
         Node::Flag(_) => flags,
         Node::Wave(k) => waves.get(k as usize).is_some_and(Wave::is_known_ahead),
-        Node::Unknown(_) | Node::Symbol(_) => false,
+        Node::Unknown(_) | Node::Symbol(_) | Node::Join(..) | Node::Result(..) => false,
         _ => true,
     }
 }
@@ -87,7 +87,7 @@ impl Program {
                     (lo, hi) if lo > 0.0 || hi < 0.0 => of(x),
                     _ => Bounds { value: hull(of(x).value, of(y).value), slope: ANYTHING },
                 },
-                Node::Unknown(_) | Node::Symbol(_) => Bounds::UNKNOWN,
+                Node::Unknown(_) | Node::Symbol(_) | Node::Join(..) | Node::Result(..) => Bounds::UNKNOWN,
             };
             let known = |i: Interval| if i.0.is_nan() || i.1.is_nan() { ANYTHING } else { i };
             slots.push(Bounds { value: known(bounds.value), slope: known(bounds.slope) });

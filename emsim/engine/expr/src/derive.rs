@@ -2,6 +2,7 @@
 //!
 //! Reverse mode: with adjoints  ybar_i = dy/dnode_i,  a node f(a, b) adds  ybar * df/da  to a's adjoint. One sweep gives
 //! the derivatives with respect to all leaves, which is what a scalar energy with many coordinates asks for.
+use super::repeat;
 use crate::graph::{Fun, Graph, Id, Node};
 use std::collections::{BTreeMap, HashMap};
 
@@ -117,6 +118,12 @@ fn partials(g: &mut Graph, id: Id, bar: Id, active: &HashMap<Id, bool>) -> Vec<(
             let pb = g.select(c, zero, bar);
             out.push((a, pa));
             out.push((b, pb));
+        }
+        Node::Result(number, k, list) => {
+            for (a, d) in repeat::partials(g, (number, k, list), &on) {
+                let p = scale(g, bar, d);
+                out.push((a, p));
+            }
         }
         _ => {}
     }
@@ -265,7 +272,12 @@ pub fn tangent(g: &mut Graph, ys: &[Id], seed: &[(Id, Id)]) -> Vec<Id> {
         }
         let active: HashMap<Id, bool> = g.node(id).operands().map(|o| (o, dot[&o] != zero)).collect();
         let mut sum = zero;
-        if active.values().any(|&a| a) {
+        if let Node::Select(c, a, b) = g.node(id) {
+            // no slope of the side that does not hold is ever added
+            sum = g.select(c, dot[&a], dot[&b]);
+        } else if let Node::Result(number, k, list) = g.node(id) {
+            sum = repeat::tangent(g, (number, k, list), &dot);
+        } else if active.values().any(|&a| a) {
             let one = g.constant(1.0);
             for (operand, partial) in partials(g, id, one, &active) {
                 let term = g.mul(partial, dot[&operand]);
@@ -288,12 +300,12 @@ pub fn slopes(g: &mut Graph, ys: &[Id], xs: &[Id]) -> Vec<Vec<Id>> {
     ys.iter().for_each(|&y| *readers.entry(y).or_default() += 2);
     for &id in &order {
         let node = g.node(id);
-        let weight = if matches!(node, Node::Select(..)) { 2 } else { 1 };
+        let weight = if matches!(node, Node::Select(..) | Node::Join(..)) { 2 } else { 1 };
         node.operands().for_each(|o| *readers.entry(o).or_default() += weight);
         let on = xs.contains(&id) || node.operands().any(|o| active[&o]);
         active.insert(id, on);
     }
-    let selects = |g: &Graph, id: Id| matches!(g.node(id), Node::Select(..));
+    let by_itself = |g: &Graph, id: Id| matches!(g.node(id), Node::Select(..) | Node::Result(..));
     let mut dots: HashMap<Id, Dot> = HashMap::new();
     let (zero, one) = (g.constant(0.0), g.constant(1.0));
     for &id in order.iter().filter(|id| active[id]) {
@@ -301,7 +313,7 @@ pub fn slopes(g: &mut Graph, ys: &[Id], xs: &[Id]) -> Vec<Vec<Id>> {
             dots.insert(id, Dot::from([(k, one)]));
             continue;
         }
-        if readers[&id] < 2 && !selects(g, id) {
+        if readers[&id] < 2 && !by_itself(g, id) {
             continue;
         }
         let mut dot = Dot::new();
@@ -313,13 +325,15 @@ pub fn slopes(g: &mut Graph, ys: &[Id], xs: &[Id]) -> Vec<Vec<Id>> {
                 let [p, q] = [&da, &db].map(|d| d.get(&k).copied().unwrap_or(zero));
                 dot.insert(k, g.select(c, p, q));
             }
+        } else if let Node::Result(number, k, list) = g.node(id) {
+            dot = repeat::slopes(g, (number, k, list), &dots);
         } else {
             // adjoints inside: every node there has one reader, so its adjoint is whole when it is met
             let mut inside = vec![(id, one)];
             let mut ends: BTreeMap<Id, Id> = BTreeMap::new();
             while let Some((at, bar)) = inside.pop() {
                 for (operand, partial) in partials(g, at, bar, &active) {
-                    if readers[&operand] < 2 && !selects(g, operand) && !xs.contains(&operand) {
+                    if readers[&operand] < 2 && !by_itself(g, operand) && !xs.contains(&operand) {
                         inside.push((operand, partial));
                     } else {
                         let sum = ends.get(&operand).map_or(partial, |&old| g.add(old, partial));

@@ -3,9 +3,12 @@
 //! A node is built once: asking for the same operation on the same operands returns the same `Id`, so common
 //! subexpressions are shared by construction. What is constant folds away before anything runs; that is how a planar
 //! scene loses its third dimension (DESIGN.md, idea 3).
+mod called;
 mod copied;
 
+use super::repeat;
 use crate::interrupt;
+use called::Listed;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -118,15 +121,19 @@ pub enum Node {
     Select(Id, Id, Id),
     /// a condition: not a < b, so true where one is no number
     NotLess(Id, Id),
+    /// a list of arguments, no value: what stands before, which is no list at the beginning, and one more
+    Join(Id, Id),
+    /// of loop number n, result k for a list of arguments (`repeat.rs`)
+    Result(u32, u32, Id),
 }
 
 impl Node {
     /// Operands, in order.
     pub fn operands(&self) -> impl Iterator<Item = Id> {
         let (n, ops) = match *self {
-            Node::Neg(a) | Node::Powi(a, _) | Node::Call(_, a) => (1, [a, 0, 0]),
+            Node::Neg(a) | Node::Powi(a, _) | Node::Call(_, a) | Node::Result(_, _, a) => (1, [a, 0, 0]),
             Node::Add(a, b) | Node::Sub(a, b) | Node::Mul(a, b) | Node::Div(a, b) => (2, [a, b, 0]),
-            Node::Pow(a, b) | Node::Atan2(a, b) | Node::NotLess(a, b) => (2, [a, b, 0]),
+            Node::Pow(a, b) | Node::Atan2(a, b) | Node::NotLess(a, b) | Node::Join(a, b) => (2, [a, b, 0]),
             Node::Select(c, a, b) => (3, [c, a, b]),
             _ => (0, [0, 0, 0]),
         };
@@ -146,26 +153,6 @@ pub struct Graph {
     symbols: u32,
     /// what it is a copy of, and how many nodes they have in common
     copied: Option<(Arc<Mutex<Graph>>, usize)>,
-}
-
-/// A graph as it is written: its nodes in order.
-#[derive(Serialize, Deserialize)]
-struct Listed {
-    nodes: Vec<Node>,
-    symbols: u32,
-}
-
-impl From<Graph> for Listed {
-    fn from(g: Graph) -> Listed {
-        Listed { nodes: g.nodes, symbols: g.symbols }
-    }
-}
-
-impl From<Listed> for Graph {
-    fn from(of: Listed) -> Graph {
-        let known = of.nodes.iter().enumerate().map(|(id, &node)| (node, id as Id)).collect();
-        Graph { nodes: of.nodes, known, symbols: of.symbols, copied: None }
-    }
 }
 
 impl Graph {
@@ -511,6 +498,8 @@ impl Graph {
             Node::Call(f, _) => self.call(f, a),
             Node::Select(..) => self.select(a, b, c),
             Node::NotLess(..) => self.not_less(a, b),
+            Node::Join(..) => self.intern(Node::Join(a, b)),
+            Node::Result(number, k, _) => self.result(number, k, a),
             leaf => self.intern(leaf),
         }
     }
@@ -545,7 +534,11 @@ impl Graph {
             let node = self.node(id);
             let moves = matches!(node, Node::Unknown(_)) || node.operands().any(|a| reads[&a]);
             reads.insert(id, moves);
-            moves && matches!(node, Node::Call(Fun::Exp | Fun::Sinh | Fun::Cosh, _))
+            moves
+                && match node {
+                    Node::Result(number, ..) => repeat::of(number).has_exponentials(),
+                    _ => matches!(node, Node::Call(Fun::Exp | Fun::Sinh | Fun::Cosh, _)),
+                }
         })
     }
 

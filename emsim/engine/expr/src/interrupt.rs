@@ -2,10 +2,10 @@
 //!
 //! Whoever has done some work says so (`spent`). When that has come to enough, the token is looked at, and where an end is asked for, the
 //! phase is left by unwinding up to `guarded`, which stands about every entry: no phase needs a way out of its own.
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::panic::{catch_unwind, resume_unwind, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Between two looks at the token, which needs the caller's lock.
@@ -22,6 +22,26 @@ thread_local! {
     /// One that its entry waits for: it is told, and asks nobody (the entry has the caller's lock).
     static BESIDE: Cell<bool> = const { Cell::new(false) };
     static FOUND: Cell<bool> = const { Cell::new(false) };
+    /// Why the work of this thread asks for its end.
+    static OWN: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// What was found by a thread that its entry waits for.
+static FAILED: Mutex<Option<String>> = Mutex::new(None);
+
+/// An end is asked for by the work itself, for this reason: it has no answer.
+pub fn fail(why: String) {
+    if BESIDE.get() {
+        FAILED.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
+        ASKED.store(true, Relaxed);
+    } else {
+        OWN.with_borrow_mut(|own| own.get_or_insert(why).len());
+    }
+}
+
+/// Why the work asked for its end, if it did.
+pub fn failed() -> Option<String> {
+    OWN.take().or_else(|| FAILED.lock().unwrap_or_else(PoisonError::into_inner).take())
 }
 
 /// What unwinds.
@@ -62,17 +82,22 @@ pub fn asked() -> bool {
         FOUND.set(true);
         ASKED.store(true, Relaxed);
     }
-    ASKED.load(Relaxed)
+    ASKED.load(Relaxed) || OWN.with_borrow(Option::is_some)
 }
 
 /// Work of an entry, or of a thread for one; other panics go on. Where an end was asked for, work that is done meanwhile is ended too.
 pub fn guarded<T>(run: impl FnOnce() -> T) -> Result<T, Interrupted> {
+    if GUARDS.get() == 0 {
+        OWN.take();
+    }
     GUARDS.set(GUARDS.get() + 1);
     let done = catch_unwind(AssertUnwindSafe(run));
     GUARDS.set(GUARDS.get() - 1);
     // who has found it, forgets it: the next entry is asked for anew
-    let found = GUARDS.get() == 0 && FOUND.replace(false);
-    if found {
+    let outermost = GUARDS.get() == 0;
+    let heard = outermost && (FOUND.replace(false) || FAILED.lock().is_ok_and(|why| why.is_some()));
+    let found = heard || outermost && OWN.with_borrow(Option::is_some);
+    if heard {
         ASKED.store(false, Relaxed);
     }
     match done {

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use std::sync::OnceLock;
 
 pub mod batch;
+mod loops;
 mod native;
 mod sizes;
 mod trig;
@@ -70,6 +71,11 @@ enum Op {
     Call,
     Select,
     NotLess, // all bits, or none: a condition
+    // of a loop: its arguments one after the other (a: the value, b: number, c: room that it wants), itself (a: number of the loop, b:
+    // of arguments, c: of results), and its results one after the other (a: number, b: of arguments)
+    Argument,
+    Loop,
+    Result,
     Free,
 }
 
@@ -89,8 +95,8 @@ impl Instr {
     /// Slots that it reads.
     fn operands(&self) -> impl Iterator<Item = u32> {
         let n = match self.op {
-            Op::X | Op::T | Op::Wave | Op::Flag | Op::Free => 0,
-            Op::Neg | Op::Powi | Op::Sin | Op::Cos | Op::Exp | Op::Sqrt | Op::Call => 1,
+            Op::X | Op::T | Op::Wave | Op::Flag | Op::Free | Op::Loop | Op::Result => 0,
+            Op::Neg | Op::Powi | Op::Sin | Op::Cos | Op::Exp | Op::Sqrt | Op::Call | Op::Argument => 1,
             Op::Add | Op::Sub | Op::Mul | Op::Div | Op::Pow | Op::Atan2 | Op::NotLess => 2,
             Op::Select => 3,
         };
@@ -133,6 +139,7 @@ impl Tape {
             slot.insert(*id, k as u32);
         }
         let (mut outputs, mut ends) = (Vec::with_capacity(outs.len()), Vec::new());
+        let mut known: HashMap<(u32, Id), u32> = HashMap::new(); // slots of their first results
         for &(part, kept) in parts {
             let order = if parts.len() > 1 { g.reachable(part) } else { order.clone() };
             let mut private = Vec::new();
@@ -142,12 +149,20 @@ impl Tape {
                 }
                 let node = g.node(id);
                 let s = |o: Id| slot[&o];
+                if let Node::Result(number, k, list) = node {
+                    let mut made = || loops::called(number, g.listed(list).into_iter().map(s), base, &mut code);
+                    let first = *known.entry((number, list)).or_insert_with(&mut made);
+                    slot.insert(id, first + k);
+                    if !kept {
+                        private.push(id);
+                    }
+                    continue;
+                }
                 let (op, a, b, c) = match node {
                     Node::Unknown(i) => {
                         limits.0 = limits.0.max(i as usize + 1);
                         (Op::X, i, 0, 0)
                     }
-                    Node::Time => (Op::T, 0, 0, 0),
                     Node::Wave(k) => {
                         limits.1 = limits.1.max(k as usize + 1);
                         (Op::Wave, k, 0, 0)
@@ -156,27 +171,12 @@ impl Tape {
                         limits.2 = limits.2.max(k as usize + 1);
                         (Op::Flag, k, 0, 0)
                     }
-                    Node::Neg(a) => (Op::Neg, s(a), 0, 0),
-                    Node::Add(a, b) => (Op::Add, s(a), s(b), 0),
-                    Node::Sub(a, b) => (Op::Sub, s(a), s(b), 0),
-                    Node::Mul(a, b) => (Op::Mul, s(a), s(b), 0),
-                    Node::Div(a, b) => (Op::Div, s(a), s(b), 0),
-                    Node::Pow(a, b) => (Op::Pow, s(a), s(b), 0),
-                    Node::Powi(a, n) => (Op::Powi, s(a), n as u32, 0),
-                    Node::Atan2(a, b) => (Op::Atan2, s(a), s(b), 0),
-                    Node::Call(Fun::Sin, a) => (Op::Sin, s(a), 0, 0),
-                    Node::Call(Fun::Cos, a) => (Op::Cos, s(a), 0, 0),
-                    Node::Call(Fun::Exp, a) => (Op::Exp, s(a), 0, 0),
-                    Node::Call(Fun::Sqrt, a) => (Op::Sqrt, s(a), 0, 0),
-                    Node::Call(f, a) => {
+                    Node::Call(f, a) if !matches!(f, Fun::Sin | Fun::Cos | Fun::Exp | Fun::Sqrt) => {
                         functions.push(f);
                         (Op::Call, s(a), functions.len() as u32 - 1, 0)
                     }
-                    Node::Select(c, a, b) => (Op::Select, s(c), s(a), s(b)),
-                    Node::NotLess(a, b) => (Op::NotLess, s(a), s(b), 0),
-                    // a free symbol that nobody substituted: no value exists
-                    Node::Symbol(_) => (Op::Free, 0, 0, 0),
-                    Node::Const(_) => unreachable!("constants have their slots already"),
+                    Node::Join(..) => continue,
+                    node => operation(node, s),
                 };
                 slot.insert(id, base + code.len() as u32);
                 code.push(Instr { op, a, b, c });
@@ -188,6 +188,9 @@ impl Tape {
             ends.push((code.len(), outputs.len()));
             for id in private {
                 slot.remove(&id);
+            }
+            if !kept {
+                known.clear();
             }
         }
         Tape::interpreted(constants, code, functions, outputs, ends, limits)
@@ -507,6 +510,9 @@ impl Tape {
                         }
                     }
                     Op::NotLess => f64::from_bits(if v(i.a) < v(i.b) { 0 } else { u64::MAX }),
+                    Op::Argument => v(i.a),
+                    Op::Loop => loops::run(i, base + k, w),
+                    Op::Result => continue, // the loop has put it there
                     Op::Free => f64::NAN,
                 };
                 *w.get_unchecked_mut(base + k) = r;
@@ -603,11 +609,35 @@ impl Again<'_> {
     }
 }
 
+/// The operation of a node that is read as it is, with the slots of its operands.
+fn operation(node: Node, s: impl Fn(Id) -> u32) -> (Op, u32, u32, u32) {
+    match node {
+        Node::Time => (Op::T, 0, 0, 0),
+        Node::Neg(a) => (Op::Neg, s(a), 0, 0),
+        Node::Add(a, b) => (Op::Add, s(a), s(b), 0),
+        Node::Sub(a, b) => (Op::Sub, s(a), s(b), 0),
+        Node::Mul(a, b) => (Op::Mul, s(a), s(b), 0),
+        Node::Div(a, b) => (Op::Div, s(a), s(b), 0),
+        Node::Pow(a, b) => (Op::Pow, s(a), s(b), 0),
+        Node::Powi(a, n) => (Op::Powi, s(a), n as u32, 0),
+        Node::Atan2(a, b) => (Op::Atan2, s(a), s(b), 0),
+        Node::Call(Fun::Sin, a) => (Op::Sin, s(a), 0, 0),
+        Node::Call(Fun::Cos, a) => (Op::Cos, s(a), 0, 0),
+        Node::Call(Fun::Exp, a) => (Op::Exp, s(a), 0, 0),
+        Node::Call(Fun::Sqrt, a) => (Op::Sqrt, s(a), 0, 0),
+        Node::Select(c, a, b) => (Op::Select, s(c), s(a), s(b)),
+        Node::NotLess(a, b) => (Op::NotLess, s(a), s(b), 0),
+        // a free symbol that nobody substituted: no value exists
+        Node::Symbol(_) => (Op::Free, 0, 0, 0),
+        _ => unreachable!("constants and results have their slots already"),
+    }
+}
+
 /// `order` with the calls of functions brought together; operands still come first.
 fn calls_together(g: &Graph, mut order: Vec<Id>) -> Vec<Id> {
     let calls = |id: Id| {
         matches!(g.node(id), Node::Call(f, _) if f != Fun::Sqrt)
-            || matches!(g.node(id), Node::Pow(..) | Node::Atan2(..))
+            || matches!(g.node(id), Node::Pow(..) | Node::Atan2(..) | Node::Result(..))
     };
     let mut rank: HashMap<Id, u32> = HashMap::with_capacity(order.len()); // twice the calls before it, plus 1 for a call
     for &id in &order {

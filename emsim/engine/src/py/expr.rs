@@ -88,6 +88,8 @@ impl Expr {
             Node::Atan2(..) => ("atan2", 0.0),
             Node::Select(..) => ("select", 0.0),
             Node::NotLess(..) => ("notless", 0.0),
+            Node::Join(..) => ("join", 0.0),
+            Node::Result(_, k, _) => ("result", f64::from(k)),
             Node::Call(f, _) => return (format!("{f:?}").to_lowercase(), 0.0, self.operands(node)),
         };
         (name.to_string(), number, self.operands(node))

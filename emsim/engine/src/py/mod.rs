@@ -18,6 +18,8 @@ use pyo3::panic::PanicException;
 use pyo3::prelude::*;
 use std::sync::Mutex;
 
+pyo3::create_exception!(_engine, Endless, PyValueError, "What is computed has no end: a loop of a module.");
+
 /// What Python's handler of a signal has raised.
 static RAISED: Mutex<Option<PyErr>> = Mutex::new(None);
 
@@ -28,9 +30,17 @@ fn ask() -> bool {
     true
 }
 
+/// Why what takes long was ended.
+pub fn ended() -> PyErr {
+    match interrupt::failed() {
+        Some(why) => Endless::new_err(why),
+        None => expr::lock(&RAISED).take().unwrap_or_else(|| PyKeyboardInterrupt::new_err(())),
+    }
+}
+
 /// What may take long; where it was interrupted, what Python's handler has raised.
 pub fn guarded<T>(run: impl FnOnce() -> T) -> PyResult<T> {
-    interrupt::guarded(run).map_err(|_| expr::lock(&RAISED).take().unwrap_or_else(|| PyKeyboardInterrupt::new_err(())))
+    interrupt::guarded(run).map_err(|_| ended())
 }
 
 #[pymodule]
@@ -41,6 +51,7 @@ fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     let (panic, base) = (m.py().get_type::<PanicException>(), m.py().get_type::<PyException>());
     panic.setattr("__bases__", (base,))?;
     m.add("Panic", panic)?;
+    m.add("Endless", m.py().get_type::<Endless>())?;
     let code = crate::tape::Code::chosen().map_err(pyo3::exceptions::PyImportError::new_err)?;
     m.add("code", code.name())?;
     m.add_class::<expr::Expr>()?;

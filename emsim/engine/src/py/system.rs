@@ -397,6 +397,9 @@ impl System {
             })?;
             PyResult::Ok((w, found.err(), record, clock.seconds()))
         })?;
+        if let Some(why) = interrupt::failed() {
+            return Err(crate::py::Endless::new_err(why));
+        }
         let failure = failed.map(|f| failure_dict(py, &self.inner, &f)).transpose()?;
         let status = if failure.is_some() { "failed" } else { "ok" };
         Ok(Waveforms::new(record, &w, seconds, status, failure))
@@ -460,6 +463,9 @@ impl System {
             let state = (x, w.flags.clone());
             (w, failed, stopped, record, state, hung, clock.seconds())
         });
+        if let Some(why) = interrupt::failed() {
+            return Err(crate::py::Endless::new_err(why));
+        }
         let failure = failed.map(|f| failure_dict(py, &self.inner, &f)).transpose()?;
         let status = if failure.is_some() {
             "failed"

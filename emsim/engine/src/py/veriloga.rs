@@ -227,7 +227,8 @@ impl VerilogA {
             outs.extend(rows.into_iter().flatten());
         }
         let outs = numbered(&mut f.graph, &outs, r.gmin, &r.symbols);
-        let values = Tape::new(&f.graph, &outs).eval(&Inputs { x: &x, t: r.time, waves: &[], flags: &[] });
+        let inputs = Inputs { x: &x, t: r.time, waves: &[], flags: &[] };
+        let values = guarded(|| Tape::new(&f.graph, &outs).eval(&inputs))?;
         tell_values(&f, &values, r.slopes, &d)?;
         Ok(d)
     }

@@ -154,8 +154,7 @@ pub struct Elaborator<'a> {
     pub only_parameters: bool,
 }
 
-/// More statements than a model has, even with its loops.
-pub const MOST_STEPS: usize = 1_000_000;
+/// ... and more operations.
 pub const MOST_NODES: usize = 2_000_000;
 
 impl<'a> Elaborator<'a> {

@@ -95,7 +95,7 @@ impl Elaborator<'_> {
         self.decided_value(&n, e, what)
     }
 
-    fn decided_value(&self, n: &Num, e: E, what: &str) -> Answer<f64> {
+    pub fn decided_value(&self, n: &Num, e: E, what: &str) -> Answer<f64> {
         let hint = "it must follow from parameters alone";
         self.value_of(n).map_or_else(|| self.stop(self.place(e), format!("{what} hangs on voltages"), hint), Ok)
     }

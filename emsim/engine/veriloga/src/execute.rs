@@ -1,9 +1,11 @@
 //! Statements: assignments, conditions, loops, contributions.
 use super::ast::{Expression, Statement, Type, Variable, E, S};
-use super::elaborate::{Answer, Elaborator, Frame, Num, State, Val, MOST_STEPS};
+use super::elaborate::{Answer, Elaborator, Frame, Num, State, Val};
+use super::looped::End;
 use super::source::Place;
 use emsim_expr::graph::Id;
 use emsim_expr::interrupt;
+use emsim_expr::repeat::MOST_STEPS;
 use std::rc::Rc;
 
 impl Elaborator<'_> {
@@ -186,15 +188,7 @@ impl Elaborator<'_> {
                 self.repeated(*c, &[*body, *next], None, 0)?;
             }
             Statement::While(c, body, unroll) => self.repeated(*c, &[*body], *unroll, 0)?,
-            Statement::Repeat(count, body) => {
-                let n = self.known(*count, "how often this is repeated")?;
-                self.loops += 1;
-                for _ in 0..n.round() as u64 {
-                    self.execute(*body)?;
-                    self.steps += 1;
-                }
-                self.loops -= 1;
-            }
+            Statement::Repeat(count, body) => self.counted(*count, *body)?,
             Statement::Event(triggers, body) => self.event(triggers, *body, library.statement_places[s as usize])?,
             Statement::Contribute(to, e) => {
                 let value = self.number(*e)?;
@@ -236,7 +230,8 @@ impl Elaborator<'_> {
         }
     }
 
-    /// A loop: as long as parameters decide it is run; what voltages decide is nested, one repetition in the other.
+    /// A loop: as long as parameters decide it is run; from where voltages do it is a loop of its own, or it is nested, one repetition
+    /// in the other.
     fn repeated(&mut self, c: E, body: &[S], unroll: Option<u32>, done: usize) -> Answer<()> {
         self.loops += 1;
         let mut done = done;
@@ -259,12 +254,19 @@ impl Elaborator<'_> {
                     if unroll == Some(done as u32) {
                         break;
                     }
+                    let c2 = self.condition(condition.id);
+                    let impeding = if unroll.is_some() { None } else { self.impeding(c, body) };
+                    if unroll.is_none() && impeding.is_none() {
+                        self.looped(End::Condition(c), body, c2)?;
+                        break;
+                    }
                     // how often a loop is repeated whose end hangs on voltages, if it does not say
                     if done >= 200 || self.g.len() > 200_000 {
+                        let (at, what) = impeding.unwrap_or((self.place(c), "it is unrolled".into()));
+                        let text = format!("{what} in a loop whose end hangs on voltages");
                         let hint = "bound it: (* unroll = 10 *) while (...), or by a counter that ends it";
-                        return self.stop(self.place(c), "the end of this loop hangs on voltages", hint);
+                        return self.stop(at, text, hint);
                     }
-                    let c2 = self.condition(condition.id);
                     self.either(
                         c2,
                         |run| {
@@ -355,6 +357,11 @@ impl Elaborator<'_> {
         let done = run(self);
         self.path.pop();
         done?;
+        Ok(self.undone())
+    }
+
+    /// Sets back what was changed since the journal began; the values that it had come to.
+    pub fn undone(&mut self) -> Vec<(u32, Val)> {
         let journal = std::mem::take(&mut self.frame.journal);
         let mut values: Vec<(u32, Val)> = Vec::new();
         for (k, old) in journal.into_iter().rev() {
@@ -364,7 +371,7 @@ impl Elaborator<'_> {
             }
         }
         values.reverse();
-        Ok(values)
+        values
     }
 
     /// What a branch was given, after a condition: what it was before, where the sides keep it, plus what either side added.

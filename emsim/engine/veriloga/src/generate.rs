@@ -1,6 +1,7 @@
 //! The hierarchy: instances of modules, rows of them, and what generate blocks make.
 use super::ast::{Expression, Generated, Instance, Statement};
-use super::elaborate::{Answer, Elaborator, Scope, Val, MOST_STEPS};
+use super::elaborate::{Answer, Elaborator, Scope, Val};
+use emsim_expr::repeat::MOST_STEPS;
 
 impl Elaborator<'_> {
     /// Generate blocks. `prefix`: the names of the blocks around, with points behind.

@@ -14,6 +14,7 @@ mod execute;
 pub mod folded;
 mod functions;
 mod generate;
+mod looped;
 mod memory;
 mod operators;
 mod random;

@@ -187,41 +187,9 @@ fn rates_of_differences(folded: &Folded) -> HashMap<usize, Difference> {
         .collect()
 }
 
-/// What expressions need, operands first, in an order that hangs on their form alone: not on when their nodes were made, which differs
-/// with the parameters that a deck gives.
-fn in_order(g: &Graph, outs: &[Id]) -> Vec<Id> {
-    let (mut done, mut order) = (std::collections::HashSet::new(), Vec::new());
-    let mut stack: Vec<(Id, bool)> = outs.iter().rev().map(|&id| (id, false)).collect();
-    while let Some((id, ready)) = stack.pop() {
-        if ready {
-            order.push(id);
-        } else if done.insert(id) {
-            stack.push((id, true));
-            let operands: Vec<Id> = g.node(id).operands().collect();
-            stack.extend(operands.into_iter().rev().map(|o| (o, false)));
-        }
-    }
-    order
-}
-
 /// The place of each unknown among the nodes of a seat, None at the reference node and of rates.
 pub fn seats(folded: &Folded) -> Result<Vec<Option<usize>>, String> {
     Ok(places(folded, &rates_of_differences(folded))?.0)
-}
-
-/// Copies expressions to another graph; `leaf` says what becomes of leaves.
-fn copied(from: &Graph, outs: &[Id], to: &mut Graph, mut leaf: impl FnMut(Node, &mut Graph) -> Option<Id>) -> Vec<Id> {
-    let mut image: HashMap<Id, Id> = HashMap::new();
-    for id in in_order(from, outs) {
-        let node = from.node(id);
-        let new = leaf(node, to).unwrap_or_else(|| {
-            let mut operands = [0; 3];
-            node.operands().enumerate().for_each(|(k, o)| operands[k] = image[&o]);
-            to.rebuild(node, operands)
-        });
-        image.insert(id, new);
-    }
-    outs.iter().map(|o| image[o]).collect()
 }
 
 /// Where the unknowns of an instance are: terminals and its own nodes and currents, then rates, then ground.
@@ -335,7 +303,7 @@ fn anonymous(folded: &Folded, outs: &[Id], ports: &Ports, g: &mut Graph) -> Resu
     let mut constants = Constants::new();
     let mut slots: HashMap<u64, u32> = HashMap::new();
     let mut refused = false;
-    let images = copied(&folded.graph, outs, g, |node, g| match node {
+    let images = folded.graph.copied(outs, g, |node, g| match node {
         Node::Const(bits) => {
             let v = f64::from_bits(bits);
             if v == 0.0 || v == 1.0 {
@@ -519,6 +487,8 @@ fn numbered(node: Node, number: &HashMap<Id, Id>) -> Node {
         Node::Call(f, a) => Node::Call(f, n(a)),
         Node::Select(c, a, b) => Node::Select(n(c), n(a), n(b)),
         Node::NotLess(a, b) => Node::NotLess(n(a), n(b)),
+        Node::Join(a, b) => Node::Join(n(a), n(b)),
+        Node::Result(number, k, a) => Node::Result(number, k, n(a)),
         leaf => leaf,
     }
 }
@@ -612,7 +582,7 @@ impl Program {
     }
 
     fn in_graph(&self, outs: &[Id], constants: &[f64], g: &mut Graph, v: &[Id], gmin: Id) -> Vec<Id> {
-        copied(&self.graph, outs, g, |node, g| match node {
+        self.graph.copied(outs, g, |node, g| match node {
             Node::Unknown(p) => Some(v.get(p as usize).copied().unwrap_or(gmin)),
             Node::Wave(k) => Some(g.constant(constants[k as usize])),
             Node::Const(bits) => Some(g.constant(f64::from_bits(bits))),
@@ -644,7 +614,8 @@ fn hoist(g: &Graph, results: &[&[Id]]) -> (Vec<Id>, Graph, Vec<Vec<Id>>) {
         if let Node::Wave(k) = node {
             first = first.max(k + 1);
         }
-        let on = matches!(node, Node::Unknown(_) | Node::Time) || node.operands().any(|o| moves[&o]);
+        // (a list of arguments has no value that could be a constant)
+        let on = matches!(node, Node::Unknown(_) | Node::Time | Node::Join(..)) || node.operands().any(|o| moves[&o]);
         moves.insert(id, on);
     }
     let still = |id: Id| !moves[&id] && !g.node(id).is_leaf();

@@ -1,6 +1,6 @@
 //! A graph that begins as another one does, and takes over what that one has made since.
-use super::{Graph, Id};
-use std::collections::HashMap;
+use super::{Graph, Id, Node};
+use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex};
 
 impl Graph {
@@ -29,5 +29,37 @@ impl Graph {
             here.insert(id, made);
         }
         here[&id]
+    }
+
+    /// What expressions need, operands first, in an order that hangs on their form alone: not on when their nodes were made, which
+    /// differs with the parameters that a deck gives.
+    pub fn in_order(&self, outs: &[Id]) -> Vec<Id> {
+        let (mut done, mut order) = (HashSet::new(), Vec::new());
+        let mut stack: Vec<(Id, bool)> = outs.iter().rev().map(|&id| (id, false)).collect();
+        while let Some((id, ready)) = stack.pop() {
+            if ready {
+                order.push(id);
+            } else if done.insert(id) {
+                stack.push((id, true));
+                let operands: Vec<Id> = self.node(id).operands().collect();
+                stack.extend(operands.into_iter().rev().map(|o| (o, false)));
+            }
+        }
+        order
+    }
+
+    /// Copies expressions to another graph; `leaf` says what becomes of leaves.
+    pub fn copied(&self, outs: &[Id], to: &mut Graph, mut leaf: impl FnMut(Node, &mut Graph) -> Option<Id>) -> Vec<Id> {
+        let mut image: HashMap<Id, Id> = HashMap::new();
+        for id in self.in_order(outs) {
+            let node = self.node(id);
+            let new = leaf(node, to).unwrap_or_else(|| {
+                let mut operands = [0; 3];
+                node.operands().enumerate().for_each(|(k, o)| operands[k] = image[&o]);
+                to.rebuild(node, operands)
+            });
+            image.insert(id, new);
+        }
+        outs.iter().map(|o| image[o]).collect()
     }
 }

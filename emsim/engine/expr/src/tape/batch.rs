@@ -4,6 +4,7 @@
 //! Sets stand in blocks of four, `width` blocks side by side: block b of number k is at `k * width + b`.
 use super::{trig, Instr, Op, Tape};
 use crate::graph::Fun;
+use crate::repeat;
 
 /// More blocks than so many no longer fit into the processor's nearer caches.
 pub const WIDEST: usize = 8;
@@ -75,6 +76,14 @@ fn plain(code: &[Instr], functions: &[Fun], first: usize, width: usize, leaves: 
             Op::Cos => each(to, row(i.a), |a| trig::sin_cos(a).1),
             Op::Exp => each(to, row(i.a), f64::exp),
             Op::Sqrt => each(to, row(i.a), f64::sqrt),
+            Op::Argument => to.copy_from_slice(row(i.a)),
+            Op::Loop => {
+                let arguments = before[(first + k - i.b as usize) * width..].as_flattened();
+                let results = rest[width..].as_flattened_mut();
+                let step = width * LANES;
+                repeat::of(i.a).run_many(step, arguments, &mut results[..i.c as usize * step]);
+            }
+            Op::Result => {} // the loop has put it there
             Op::Call => each(to, row(i.a), |a| functions[i.b as usize].apply(a)),
             Op::Select => {
                 let [c, a, b] = [i.a, i.b, i.c].map(|slot| row(slot).as_flattened());

@@ -18,6 +18,8 @@ mod cranelift;
 #[cfg(all(target_arch = "x86_64", unix))]
 mod encode;
 #[cfg(all(target_arch = "x86_64", unix))]
+mod loops;
+#[cfg(all(target_arch = "x86_64", unix))]
 mod memory;
 #[cfg(all(target_arch = "x86_64", unix))]
 mod sequence;
@@ -250,6 +252,7 @@ mod x86 {
         pub calls: bool,         // of the library, on the straight way
         pub wide: bool,          // four numbers in each register
         pub second: Option<u32>, // place of the second arguments of functions, when wide
+        pub arguments: u32,      // place of the arguments of a loop, then of its results
     }
 
     /// Is it a function of the library?
@@ -257,7 +260,7 @@ mod x86 {
         match i.op {
             Op::Sin | Op::Cos => wide,
             Op::Powi => !(2..=8).contains(&(i.b as i32)),
-            op => matches!(op, Op::Exp | Op::Call | Op::Pow | Op::Atan2),
+            op => matches!(op, Op::Exp | Op::Call | Op::Pow | Op::Atan2 | Op::Loop),
         }
     }
 
@@ -318,6 +321,7 @@ mod x86 {
                 calls: part.code.iter().any(|i| is_call(i, wide)),
                 wide,
                 second: None,
+                arguments: 0,
             }
         }
 
@@ -397,6 +401,7 @@ mod x86 {
                 Op::Sin | Op::Cos => self.sines_cosines(k),
                 Op::Exp | Op::Call | Op::Powi | Op::Pow | Op::Atan2 if self.wide => self.function_of_four(k),
                 Op::Exp | Op::Call | Op::Powi | Op::Pow | Op::Atan2 => self.function(k),
+                Op::Argument | Op::Loop | Op::Result => self.repeated(k),
                 Op::Free => return None,
             }
             Some(())

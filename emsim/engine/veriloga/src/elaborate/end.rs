@@ -164,6 +164,8 @@ impl Elaborator<'_> {
         let mut needed: Vec<Id> = flows.iter().flat_map(|f| [f.i, f.q]).collect();
         needed.extend(noise.iter().flat_map(|n| [Some(n.power), n.exponent]).flatten());
         needed.extend(self.bound_step);
+        // what rows do not read of a loop needs no value
+        let mut needed = emsim_expr::repeat::pruned(&mut self.g, &needed);
         self.resolve_memories(&needed)?;
         needed.extend(self.modes.iter().map(|mode| mode.of()));
         self.resolve_finals()?;
@@ -195,7 +197,8 @@ impl Elaborator<'_> {
         let told: Vec<Id> = self.outputs.iter().map(|o| o.value).collect();
         let mut values = emsim_expr::derive::substitute(&mut self.g, &told, &self.finals);
         values.append(&mut needed);
-        let mut values = emsim_expr::derive::substitute(&mut self.g, &values, &holes);
+        let values = emsim_expr::derive::substitute(&mut self.g, &values, &holes);
+        let mut values = emsim_expr::repeat::pruned(&mut self.g, &values);
         let modes: Vec<Id> = values.split_off(values.len() - self.modes.len());
         self.modes.iter_mut().zip(modes).for_each(|(mode, e)| *mode = mode.with(e));
         let mut values = values.into_iter();

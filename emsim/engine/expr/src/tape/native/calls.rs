@@ -58,7 +58,7 @@ extern "sysv64" fn apply_to_four(at: *mut [f64; 4], f: *const Fun) {
     at.iter_mut().for_each(|a| *a = f.apply(*a));
 }
 
-const RDI: u8 = 7; // number of the register of the first argument (System V ABI)
+pub const RDI: u8 = 7; // number of the register of the first argument (System V ABI)
 const RSI: u8 = 6; // of the second
 
 impl Writer<'_> {

@@ -18,6 +18,8 @@ use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{default_libcall_names, FuncId, Module};
 use std::sync::OnceLock;
 
+mod called;
+
 /// Instructions of a piece: some thousand keep the allocation of registers, whose time grows faster than its input, short.
 const PIECE: usize = 2000;
 const ARGUMENTS: usize = 6; // of `Entry`
@@ -190,7 +192,7 @@ impl<'a> Maker<'a> {
             from,
             values: vec![None; to - from],
             outside: std::collections::HashMap::new(),
-            signatures: [None; 5],
+            signatures: [None; 6],
             pointer: self.module.target_config().pointer_type(),
             convention: self.module.target_config().default_call_conv,
         };
@@ -210,11 +212,12 @@ impl<'a> Maker<'a> {
 /// Arguments and results of the library's functions.
 #[derive(Clone, Copy)]
 enum Kind {
-    One,     // f(a)
-    Two,     // f(a, b)
-    Integer, // f(a, n)
-    Applied, // f(function, a)
-    Both,    // f(a, where)
+    One,      // f(a)
+    Two,      // f(a, b)
+    Integer,  // f(a, n)
+    Applied,  // f(function, a)
+    Both,     // f(a, where)
+    Repeated, // f(where, loop, count)
 }
 
 struct Piece<'a> {
@@ -225,7 +228,7 @@ struct Piece<'a> {
     from: usize,
     values: Vec<Option<Value>>,                     // of the piece's own slots
     outside: std::collections::HashMap<u32, Value>, // of slots before it
-    signatures: [Option<SigRef>; 5],
+    signatures: [Option<SigRef>; 6],
     pointer: types::Type,
     convention: cranelift_codegen::isa::CallConv,
 }
@@ -261,13 +264,12 @@ impl Piece<'_> {
             Op::Wave => input(b, self.arguments[2])?,
             Op::Flag => input(b, self.arguments[4])?,
             Op::T => b.ins().load(types::F64, MemFlags::trusted(), self.arguments[5], 0),
-            Op::Neg => {
+            Op::Neg | Op::Sqrt => {
                 let a = self.value(b, i.a);
-                b.ins().fneg(a)
-            }
-            Op::Sqrt => {
-                let a = self.value(b, i.a);
-                b.ins().sqrt(a)
+                match i.op {
+                    Op::Neg => b.ins().fneg(a),
+                    _ => b.ins().sqrt(a),
+                }
             }
             Op::Add | Op::Sub | Op::Mul | Op::Div => {
                 let (l, r) = (self.value(b, i.a), self.value(b, i.b));
@@ -322,6 +324,7 @@ impl Piece<'_> {
                 let arguments = [b.ins().iconst(self.pointer, function), self.value(b, i.a)];
                 self.call(b, Kind::Applied, apply as *const (), &arguments)
             }
+            Op::Argument | Op::Loop | Op::Result => return self.repeated(b, k),
             Op::Sin | Op::Cos => return self.sine_cosine(b, k),
             Op::Free => return None,
         };
@@ -360,9 +363,10 @@ impl Piece<'_> {
                 Kind::Integer => vec![types::F64, types::I32],
                 Kind::Applied => vec![self.pointer, types::F64],
                 Kind::Both => vec![types::F64, self.pointer],
+                Kind::Repeated => vec![self.pointer, types::I32, types::I32],
             };
             s.params = parameters.into_iter().map(AbiParam::new).collect();
-            if !matches!(kind, Kind::Both) {
+            if !matches!(kind, Kind::Both | Kind::Repeated) {
                 s.returns.push(AbiParam::new(types::F64));
             }
             b.import_signature(s)

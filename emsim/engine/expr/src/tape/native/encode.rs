@@ -60,7 +60,8 @@ impl Writer<'_> {
 
     /// Address of a place in the workspace into rdi or rsi, while the library is called.
     pub fn address(&mut self, to: u8, index: u32) {
-        let displacement = (index as i32).wrapping_mul(32).wrapping_sub(BEGIN);
+        let size = if self.wide { 32 } else { 8 };
+        let displacement = (index as i32).wrapping_mul(size).wrapping_sub(BEGIN);
         self.out.extend([0x48, 0x8d, 0x80 | to << 3 | KEPT[Base::Work as usize]]); // lea
         self.out.extend(displacement.to_le_bytes());
     }
