@@ -29,8 +29,8 @@ MANY = 8  # arguments that a caller cannot keep apart by place
 FILE = 600  # lines of a file
 # rooms of abilities that grow while the rest gets simpler: pages that compute, the playground, sweeps, runs led from Python,
 # cards of rolling, of tyres and of relations among joints, robots, schematics, FMUs of others and for their solvers, gradients,
-# environments, models that are added, shapes in space, domains beside circuit and mechanism, bodies that bend, loops that voltages
-# end. Counted apart
+# environments, models that are added, shapes in space, domains beside circuit and mechanism, bodies that bend, loops that end by
+# voltages. Counted apart
 APART = (
     "emsim/assemble/hands.py", "emsim/cards/knife.py", "emsim/cards/ratio.py", "emsim/cards/roll.py",
     "emsim/engine/src/packed/", "emsim/engine/src/page.rs", "emsim/engine/src/py/instance.rs", "emsim/fmus/page.py",
