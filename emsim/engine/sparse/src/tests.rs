@@ -2,6 +2,7 @@
 
 use super::*;
 
+mod kept;
 mod pivots;
 
 /// xorshift64*: the tests need repeatable numbers, not good ones.
