@@ -375,16 +375,6 @@ impl System {
         self.loud().map(|w| w.next_breakpoint(t)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Has a source corners that must be stepped onto?
-    pub fn has_corners(&self) -> bool {
-        self.next_corner(0.0).is_finite()
-    }
-
-    /// Has a source a corner before `until`?
-    pub fn has_corner_before(&self, until: f64) -> bool {
-        self.next_corner(0.0) < until
-    }
-
     /// Does a source jump (rather than bend) at t?
     pub fn jumps_at(&self, t: f64) -> bool {
         self.loud().any(|w| {
