@@ -111,12 +111,19 @@ SCENES = {
     "ring": (ring, (50, 100, 200)),
     "ladder": (ladder, (5000, 15000, 50000)),
     "mesh": (mesh, (900, 3600, 10000)),
-    "supply": (supply, (400, 900, 2500)),
+    "supply": (supply, (900, 2500, 4900)),
     "rectifiers": (rectifiers, (100, 300, 1000)),
 }
 
 
-BESIDE = (("rectifiers", 1000), ("rectifiers", 10000), ("mesh", 40000), ("ladder", 50000))
+BESIDE = (
+    ("rectifiers", 1000),
+    ("rectifiers", 10000),
+    ("mesh", 40000),
+    ("ladder", 50000),
+    ("supply", 900),
+    ("supply", 2500),
+)
 
 
 def stages(path: str) -> dict[str, float]:

@@ -23,6 +23,7 @@ use crate::sparse::{Lu, Once, Program, Recurring, Singular};
 use crate::system::{Stage, System, Work};
 use crate::tape::{Value, Written};
 pub use crate::tolerances::{Options, Tolerances};
+use crate::waves::SNAP;
 pub use noise::Noise;
 
 #[derive(Clone, Debug)]
@@ -411,16 +412,27 @@ impl Newton {
 
     /// b <- (G + a C)^-1 b, with the held factors where they are still those.
     fn solution(&mut self, sys: &System, w: &mut Work, a: f64, b: &mut [f64]) -> Result<(), Failure> {
-        if sys.linear && self.key == a {
+        if (sys.linear && self.key == a) || (sys.pure_linear && self.lu.recall(a)) {
             self.lu.solve(b);
         } else {
             sys.stage_sources(w, a, &mut self.sources);
             self.lu.factor_and_solve(&self.sources, b).map_err(Failure::from)?;
             w.counters.factorisations += 1;
-            self.key = if sys.linear { a } else { f64::NAN };
+            if sys.pure_linear {
+                self.lu.keep(a);
+            }
         }
+        self.key = if sys.linear { a } else { f64::NAN };
         w.counters.solves += 1;
         Ok(())
+    }
+
+    /// `a` of a step of length h that ends at t; that of factors which are kept, where it differs by no more than h is rounded, as the
+    /// difference of two times. Not where fewer than half of the digits of h are left.
+    pub fn recurring(&self, a: f64, t: f64, h: f64) -> f64 {
+        let rounded = SNAP * t.abs() / h;
+        let same = |kept: &f64| (kept - a).abs() <= rounded * a;
+        self.lu.kept().find(same).filter(|_| rounded < f64::EPSILON.sqrt()).unwrap_or(a)
     }
 
     /// One solution is all: F = G x + waves, Q = C x, whatever the guess.

@@ -27,6 +27,7 @@ use self::stamped::Stamped;
 use super::pivots::{eliminate, Pivots};
 use super::program::{Layout, Recurring};
 use super::{Scalar, Singular, Symbolic};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Refactor refuses a weighted multiplier above this (a pivot below 1e-6 of its column). With switches over 12 decades 1e8 let
@@ -70,6 +71,7 @@ pub struct Lu<T: Scalar> {
     least: Vec<f64>,
     // numbers: the factors, and room for a solution behind them
     lu: Vec<T>,
+    kept: VecDeque<(f64, Vec<T>)>, // other factors with these pivots, newest first: `keep`
     work: Vec<T>,
     stamped: Stamped<T>,
     ready: bool,
@@ -93,6 +95,7 @@ impl<T: Scalar> Lu<T> {
             limits: Vec::new(),
             least: Vec::new(),
             lu: Vec::new(),
+            kept: VecDeque::new(),
             work: vec![T::ZERO; symbolic.n()],
             stamped: Stamped {
                 values: vec![T::ZERO; symbolic.matrix.nnz()],
@@ -212,6 +215,32 @@ impl<T: Scalar> Lu<T> {
             return Err(RefactorError::NotFinite);
         }
         self.eliminate()
+    }
+
+    /// The present factors are to be found again by `key`, until eight others have been kept since they were last asked for. Not
+    /// those that cost no more than a solution, nor such as are left behind by other pivots.
+    pub fn keep(&mut self, key: f64) {
+        if self.ready && self.operations() > 2 * self.nnz() {
+            let room = if self.kept.len() < 8 { None } else { self.kept.pop_back() };
+            let mut lu = room.map_or_else(Vec::new, |(_, lu)| lu);
+            lu.clone_from(&self.lu);
+            self.kept.push_front((key, lu));
+        }
+    }
+
+    /// The keys of what is kept.
+    pub fn kept(&self) -> impl Iterator<Item = f64> + '_ {
+        self.kept.iter().map(|&(key, _)| key)
+    }
+
+    /// Factors that were kept by this very key become the present ones. False where there are none.
+    pub fn recall(&mut self, key: f64) -> bool {
+        let found = self.kept.iter().position(|kept| kept.0 == key).and_then(|at| self.kept.remove(at));
+        let Some((key, lu)) = found else { return false };
+        self.lu.clone_from(&lu);
+        self.kept.push_front((key, lu));
+        self.ready = true;
+        true
     }
 
     /// Eliminates what `lu` holds, with the old pivots and their limits.
@@ -365,6 +394,7 @@ impl<T: Scalar> Lu<T> {
     /// Lays out the factors for a choice of pivots.
     fn arrange(&mut self, pivots: &Pivots) {
         self.arranged = self.symbolic.shelf.arranged(pivots, || Arrangement::new(&self.symbolic, pivots));
+        self.kept.clear();
         self.lu.clear();
         self.lu.resize(self.arranged.rows.len() + self.n(), T::ZERO);
         let rows = self.arranged.input_rows.iter().zip(&self.symbolic.cols);

@@ -27,6 +27,7 @@ pub struct Analysis {
     pub(super) blocks: Vec<u32>,
     pub(super) matrix: Columns,
     pub(super) shelf: Shelf,
+    fill: (usize, usize),
 }
 
 /// The permuted matrix by columns: entry p of position k has its value at `source[p]` of the caller's list and stands in the
@@ -96,17 +97,25 @@ impl Symbolic {
             col_of[row as usize] = col as u32;
         }
         let (mut cols, blocks) = strong_components(pattern, &col_of);
+        let mut fill = (0, 0);
         for b in 0..blocks.len() - 1 {
             let block = &mut cols[blocks[b] as usize..blocks[b + 1] as usize];
-            fill_reducing(pattern, &col_of, block);
+            let (operations, entries) = fill_reducing(pattern, &col_of, block);
+            fill = (fill.0 + operations, fill.1 + entries);
         }
         let rows: Vec<u32> = cols.iter().map(|&col| row_of[col as usize]).collect();
         let matrix = Columns::new(pattern, &rows, &cols);
-        Ok(Symbolic(Arc::new(Analysis { rows, cols, blocks, matrix, shelf: Shelf::default() })))
+        Ok(Symbolic(Arc::new(Analysis { rows, cols, blocks, matrix, shelf: Shelf::default(), fill })))
     }
 
     pub fn n(&self) -> usize {
         self.cols.len()
+    }
+
+    /// What the order says of factors with pivots on the diagonal, of blocks of more than `SMALL` unknowns: multiply-subtract
+    /// operations of a factorisation, entries off the diagonal of both factors.
+    pub fn fill(&self) -> (usize, usize) {
+        self.fill
     }
 }
 
@@ -273,11 +282,12 @@ fn short_chains(colptr: &[i64], rowidx: &[i64]) -> Vec<usize> {
     order
 }
 
-/// Reorders the columns of one block: those of a large one by approximate minimum degree.
-fn fill_reducing(pattern: &Pattern, col_of: &[u32], block: &mut [u32]) {
+/// Reorders the columns of one block: those of a large one by approximate minimum degree, with what that says of the factors
+/// (`Symbolic::fill`).
+fn fill_reducing(pattern: &Pattern, col_of: &[u32], block: &mut [u32]) -> (usize, usize) {
     let size = block.len();
     if size < 3 {
-        return;
+        return (0, 0);
     }
     // the block with matched rows brought to the diagonal, in local numbers; AMD takes jumbled columns
     block.sort_unstable();
@@ -299,13 +309,15 @@ fn fill_reducing(pattern: &Pattern, col_of: &[u32], block: &mut [u32]) {
         for (place, local) in block.iter_mut().zip(short_chains(&colptr, &rowidx)) {
             *place = natural[local];
         }
-        return;
+        return (0, 0);
     }
     // on a refusal (not known to happen) the natural order still gives a correct, if fuller, factorisation
-    if let Ok((order, _, _)) = amd::order::<i64>(size as i64, &colptr, &rowidx, &amd::Control::default()) {
-        let natural = block.to_vec();
-        for (place, &local) in block.iter_mut().zip(&order) {
-            *place = natural[local as usize];
-        }
+    let Ok((order, _, said)) = amd::order::<i64>(size as i64, &colptr, &rowidx, &amd::Control::default()) else {
+        return (0, 0);
+    };
+    let natural = block.to_vec();
+    for (place, &local) in block.iter_mut().zip(&order) {
+        *place = natural[local as usize];
     }
+    (said.n_mult_subs_lu, 2 * said.lnz)
 }

@@ -153,10 +153,6 @@ impl Complex {
         Complex { re, im }
     }
 
-    pub fn conj(self) -> Complex {
-        Complex::new(self.re, -self.im)
-    }
-
     pub fn abs(self) -> f64 {
         self.re.hypot(self.im)
     }

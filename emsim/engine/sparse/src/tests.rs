@@ -540,58 +540,6 @@ fn stamps_on_a_base_are_the_sum() {
     assert!(stamped.factor_stamped(&[f64::NAN]).is_err());
 }
 
-/// Run by hand: cargo test --release -- --ignored --nocapture timing
-#[test]
-#[ignore]
-fn timing() {
-    let mut cases = vec![];
-    for n in [5, 20, 100, 1000, 10_000] {
-        cases.push(("ladder", ladder(n)));
-    }
-    for side in [2, 4, 9, 31, 99] {
-        cases.push(("mesh", mesh(side)));
-    }
-    for n in [5, 20, 100, 1000] {
-        cases.push(("rails", rails(n - 2)));
-    }
-    for (name, (pattern, values)) in cases {
-        let clock = std::time::Instant::now();
-        let symbolic = Symbolic::analyse(&pattern).unwrap();
-        let analyse = clock.elapsed().as_secs_f64();
-        let mut lu = Lu::new(&symbolic);
-        let clock = std::time::Instant::now();
-        lu.factor(&values).unwrap();
-        let factor = clock.elapsed().as_secs_f64();
-        let mut b = vec![1.0; pattern.n];
-        let repeat = (20_000_000 / (pattern.n * 20 + lu.operations())).max(3);
-        let (mut refactor, mut solve) = (f64::INFINITY, f64::INFINITY);
-        for _ in 0..5 {
-            let clock = std::time::Instant::now();
-            for _ in 0..repeat {
-                lu.refactor(std::hint::black_box(&values)).unwrap();
-            }
-            refactor = refactor.min(clock.elapsed().as_secs_f64() / repeat as f64);
-            let clock = std::time::Instant::now();
-            for _ in 0..repeat {
-                b.fill(1.0);
-                lu.solve(std::hint::black_box(&mut b));
-            }
-            solve = solve.min(clock.elapsed().as_secs_f64() / repeat as f64);
-        }
-        println!(
-            "{name:8} n {:6} nnz {:7} ops {:8} analyse {:9.1} us factor {:9.1} us refactor {:10.0} ns solve {:9.0} ns sum {:10.0} ns",
-            pattern.n,
-            lu.nnz(),
-            lu.operations(),
-            analyse * 1e6,
-            factor * 1e6,
-            refactor * 1e9,
-            solve * 1e9,
-            (refactor + solve) * 1e9
-        );
-    }
-}
-
 /// By cofactors.
 fn determinant(a: &[Vec<f64>]) -> f64 {
     if a.is_empty() {

@@ -249,7 +249,7 @@ impl Dirk {
         if !known && !self.follows {
             self.now.by = if self.jumped { FIRST } else { NEXT };
         }
-        let a = 1.0 / (self.tableau().a[0][1] * h);
+        let a = self.newton.recurring(1.0 / (self.tableau().a[0][1] * h), self.t1, h);
         if known {
             for (c, g) in self.tableau().c.iter().zip(&mut guess).skip(1) {
                 self.polynomial(&self.now, c * h / self.now.h, g);
