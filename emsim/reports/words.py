@@ -28,7 +28,7 @@ NAMES |= {
 # what a card's laws are about
 BRINGS = {
     "T": "kinetic energy", "V": "potential energy", "W": "co-energy", "P": "heat", "i": "electrical side", "q": "constraint",
-    "k": "at ticks",
+    "k": "at ticks", "Q": "kept", "f": "goes through",
 }  # fmt: skip
 
 

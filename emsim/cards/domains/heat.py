@@ -37,7 +37,7 @@ class Heat(Card):
         meaning="a way for heat, a heat capacity, a source of heat, a held temperature, or the heat of something",
         meant={"g": "r={}", "rth": "r={}", "cth": "c={}"},
         laws={
-            "i": "r=: (Ta - Tb)/r; h=: h area (Ta - Tb); eps=: eps sigma area (Ta^4 - Tb^4)",
+            "f": "r=: (Ta - Tb)/r; h=: h area (Ta - Tb); eps=: eps sigma area (Ta^4 - Tb^4)",
             "Q": "c=: d/dt (c T)",
         },
         r=Default(None, "K/W", "thermal resistance from a to b: number or {expression}", "value"),

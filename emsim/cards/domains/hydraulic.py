@@ -58,7 +58,7 @@ class Hydraulic(Card):
         meaning="a pipe, an orifice or valve, a volume, a tank, a pump, a cylinder, or a source of flow or pressure",
         meant={"c": "vol={}", "v": "vol={}", "diameter": "d={}", "opening": "area={}"},
         laws={
-            "i": "r=: (pa - pb)/r; area=: cd area sqrt(2/rho) dp/(dp^2 + plam^2)^(1/4)",
+            "f": "r=: (pa - pb)/r; area=: cd area sqrt(2/rho) dp/(dp^2 + plam^2)^(1/4)",
             "W": "vol=: V (p + p^2/(2 bulk)); disp=: flow disp u, torque disp dp",
             "P": "flow dp",
         },

@@ -45,7 +45,7 @@ class Magnetic(Card):
         meant={"n": "turns={}", "l": "len={}", "length": "len={}", "reluctance": "r={}"},
         laws={
             "W": "F^2/(2 r), F = mmf(a) - mmf(b); with a joint it pulls by dW'/dq",
-            "i": "turns=: F = turns i, v = turns dflux/dt",
+            "f": "turns=: F = turns i, v = turns dflux/dt",
         },
         r=Default(None, "A/Wb", "reluctance; with a joint of its coordinate", "value"),
         gap=Default(None, "m", "length of an air gap; with a joint of its coordinate", "value"),
