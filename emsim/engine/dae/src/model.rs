@@ -373,11 +373,7 @@ impl Model {
         [model, instance]: [&HashMap<String, f64>; 2],
         at: Climate,
     ) -> Result<Vec<Series>, String> {
-        let maker = maker(kind).ok_or_else(|| format!("there is no device {kind}"))?;
-        let k = self.classes.iter().position(|c| c.kind() == kind).unwrap_or_else(|| {
-            self.classes.push(maker.class());
-            self.classes.len() - 1
-        });
+        let k = self.class_of(kind)?;
         let (unknowns, mut made) = (&mut self.unknowns, Vec::new());
         let mut inner = |node: &str| {
             let name = format!("{name}#{node}");
@@ -470,6 +466,15 @@ impl Model {
         Ok(())
     }
 
+    /// The place of a class of devices, made at its first mention.
+    fn class_of(&mut self, kind: &str) -> Result<usize, String> {
+        let maker = maker(kind).ok_or_else(|| format!("there is no device {kind}"))?;
+        Ok(self.classes.iter().position(|c| c.kind() == kind).unwrap_or_else(|| {
+            self.classes.push(maker.class());
+            self.classes.len() - 1
+        }))
+    }
+
     /// Places everything again that a model which was written had; its unknowns and constants are there.
     pub fn place(&mut self) -> Result<(), String> {
         self.logic.reopen();
@@ -477,11 +482,7 @@ impl Model {
             match placed {
                 Placed::Device { kind, name, terminals, values, at, inner } => {
                     let [model, instance] = values.map(|of| of.into_iter().collect());
-                    let maker = maker(&kind).ok_or_else(|| format!("there is no device {kind}"))?;
-                    let k = self.classes.iter().position(|c| c.kind() == kind).unwrap_or_else(|| {
-                        self.classes.push(maker.class());
-                        self.classes.len() - 1
-                    });
+                    let k = self.class_of(&kind)?;
                     let mut inner = inner.into_iter();
                     let mut next = |_: &str| inner.next().unwrap_or(usize::MAX);
                     self.classes[k].add(&name, &terminals, &model, &instance, at, &mut next)?;

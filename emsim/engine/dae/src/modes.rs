@@ -217,7 +217,6 @@ impl Modes {
 
     /// The modes that follow (x, t), where the flags `fired` ask for others; x and t move on by next to nothing. Rounding may keep so
     /// short a step from converging (a flux of so much over h is no voltage): then longer ones. False where none finds values.
-    #[allow(clippy::too_many_arguments)]
     pub fn decide(
         &mut self,
         sys: &System,

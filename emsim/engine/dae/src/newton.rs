@@ -14,6 +14,7 @@
 //!
 //! In a passive network of two-poles (passive.rs) an iterate may be accepted without that: what the straight lines of the
 //! devices have missed at the new point is measured there, and bounds the next update of every device's voltage.
+mod kept;
 mod noise;
 
 use crate::interrupt;
@@ -23,7 +24,6 @@ use crate::sparse::{Lu, Once, Program, Recurring, Singular};
 use crate::system::{Stage, System, Work};
 use crate::tape::{Value, Written};
 pub use crate::tolerances::{Options, Tolerances};
-use crate::waves::SNAP;
 pub use noise::Noise;
 
 #[derive(Clone, Debug)]
@@ -233,7 +233,6 @@ impl Newton {
     }
 
     /// Solves the stage from the guess in `x`; leaves its charges in `q` and `f`. `r` is 0 in rows without d/dt.
-    #[allow(clippy::too_many_arguments)]
     pub fn solve(
         &mut self,
         sys: &System,
@@ -288,7 +287,6 @@ impl Newton {
     }
 
     /// `solve` of a stage that the caller has.
-    #[allow(clippy::too_many_arguments)]
     #[inline(always)]
     pub fn solve_stage<L: Lanes>(
         &mut self,
@@ -427,14 +425,6 @@ impl Newton {
         Ok(())
     }
 
-    /// `a` of a step of length h that ends at t; that of factors which are kept, where it differs by no more than h is rounded, as the
-    /// difference of two times. Not where fewer than half of the digits of h are left.
-    pub fn recurring(&self, a: f64, t: f64, h: f64) -> f64 {
-        let rounded = SNAP * t.abs() / h;
-        let same = |kept: &f64| (kept - a).abs() <= rounded * a;
-        self.lu.kept().find(same).filter(|_| rounded < f64::EPSILON.sqrt()).unwrap_or(a)
-    }
-
     /// One solution is all: F = G x + waves, Q = C x, whatever the guess.
     fn solve_linear(&mut self, sys: &System, w: &mut Work, a: f64, stage: &mut Stage) -> Result<usize, Failure> {
         w.counters.evaluations += 1;
@@ -512,7 +502,6 @@ impl Newton {
     }
 
     /// The largest of the errors e over `share` of its unknown's tolerance and that noise: no shorter step has less of it.
-    #[allow(clippy::too_many_arguments)]
     pub fn above_noise(
         &mut self,
         sys: &System,
@@ -551,7 +540,6 @@ impl Newton {
 }
 
 by_lanes! {
-    #[allow(clippy::too_many_arguments)]
     fn solve_stage<L>(
         newton: &mut Newton,
         sys: &System,

@@ -312,10 +312,7 @@ impl Tangent {
             f.iter_mut().zip(&self.own.f).for_each(|(sum, v)| *sum += weight * v);
         }
         sys.eval_jacobian(&mut self.own, &x, t, false);
-        if self.single.is_none() {
-            self.single = Some(Lu::new(sys.symbolic()?));
-        }
-        let lu = self.single.as_mut().expect("made above");
+        let lu = made(&mut self.single, sys)?;
         self.slopes = vec![0.0; sys.n];
         for (h, share) in [(least, -1.0), (0.5 * least, 2.0)] {
             let matrix: Vec<f64> = self.own.cv.iter().zip(&self.own.gv).map(|(c, g)| c + h * g).collect();
@@ -478,10 +475,7 @@ impl Tangent {
         let point = self.point(sys, self.at, &x);
         self.x = x;
         let matrix: Vec<f64> = point.c.iter().zip(&point.g).map(|(c, g)| c + h * g).collect();
-        if self.single.is_none() {
-            self.single = Some(Lu::new(sys.symbolic()?));
-        }
-        let lu = self.single.as_mut().expect("made above");
+        let lu = made(&mut self.single, sys)?;
         lu.factor(&matrix)?;
         for p in 0..self.count {
             let stored = self.y[p].iter().zip(&point.q[p]).zip(&point.f[p]);
@@ -695,4 +689,12 @@ fn inverse(a: &[[f64; STAGES]; STAGES]) -> [[f64; STAGES]; STAGES] {
         }
     }
     out
+}
+
+/// Factors of a single matrix, made when first needed.
+fn made<'a>(single: &'a mut Option<Lu<f64>>, sys: &System) -> Result<&'a mut Lu<f64>, Singular> {
+    if single.is_none() {
+        *single = Some(Lu::new(sys.symbolic()?));
+    }
+    Ok(single.as_mut().expect("made above"))
 }

@@ -2,10 +2,14 @@
 //!
 //! Whoever has done some work says so (`spent`). When that has come to enough, the token is looked at, and where an end is asked for, the
 //! phase is left by unwinding up to `guarded`, which stands about every entry: no phase needs a way out of its own.
-use std::cell::{Cell, RefCell};
+mod endless;
+
+pub use endless::{fail, failed};
+use endless::{FAILED, OWN};
+use std::cell::Cell;
 use std::panic::{catch_unwind, resume_unwind, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// Between two looks at the token, which needs the caller's lock.
@@ -22,26 +26,6 @@ thread_local! {
     /// One that its entry waits for: it is told, and asks nobody (the entry has the caller's lock).
     static BESIDE: Cell<bool> = const { Cell::new(false) };
     static FOUND: Cell<bool> = const { Cell::new(false) };
-    /// Why the work of this thread asks for its end.
-    static OWN: RefCell<Option<String>> = const { RefCell::new(None) };
-}
-
-/// What was found by a thread that its entry waits for.
-static FAILED: Mutex<Option<String>> = Mutex::new(None);
-
-/// An end is asked for by the work itself, for this reason: it has no answer.
-pub fn fail(why: String) {
-    if BESIDE.get() {
-        FAILED.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(why);
-        ASKED.store(true, Relaxed);
-    } else {
-        OWN.with_borrow_mut(|own| own.get_or_insert(why).len());
-    }
-}
-
-/// Why the work asked for its end, if it did.
-pub fn failed() -> Option<String> {
-    OWN.take().or_else(|| FAILED.lock().unwrap_or_else(PoisonError::into_inner).take())
 }
 
 /// What unwinds.

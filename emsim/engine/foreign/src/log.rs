@@ -73,7 +73,6 @@ pub unsafe extern "C" fn three(journal: *mut c_void, status: c_int, _category: *
 #[cfg(all(unix, not(target_vendor = "apple")))]
 macro_rules! logger {
     ($($word:ident)*; $($number:ident)*) => {
-        #[allow(clippy::too_many_arguments)]
         pub unsafe extern "C" fn two(
             journal: *mut c_void, _: *const c_char, status: c_int, _: *const c_char, text: *const c_char,
             $($word: usize,)* $($number: f64),*

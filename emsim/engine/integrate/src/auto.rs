@@ -19,8 +19,11 @@
 //!     step must have room to spare, and no less than a quarter of the implicit one. A return that is regretted makes the next one
 //!     twice as rare.
 //!  5. Where a method gives up, the others go on from the last good point in the order of `OTHERS`.
+mod fills;
+
+use self::fills::fills;
 use super::explicit::place;
-use super::{make, root, Attempt, Character, Limit, Method, Response, Used};
+use super::{make, Attempt, Character, Limit, Method, Response, Used};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
 use crate::op::undetermined;
@@ -99,18 +102,6 @@ fn implicit(sys: &System, o: &Options) -> &'static str {
         (true, true) if !mechanical(sys) && undetermined(sys).contains(&true) => GENTLE,
         (true, true) => SHORT,
     }
-}
-
-/// Rule 2, of linear equations. A step of `SMOOTH` has a real and three complex factorisations and solutions, the work of 13 real ones;
-/// one of `SHORT` a factorisation and six solutions. What rings undamped asks for the most steps of `SHORT` to one of `SMOOTH`: 4.4 at
-/// 1e-3, as the sixth root of the tolerance (two_loop_rlc, rlc_ladder, lc_tank: 3.3, 4.4, 6.3, 9.2, 13 from 1e-2 to 1e-6); where each step
-/// ends at a corner it is one. (A grid of 2500 nodes with 500 loads: 6.8 s of radau, 0.8 s of esdirk.)
-fn fills(sys: &System, o: &Options) -> bool {
-    let Ok(symbolic) = sys.symbolic() else { return false };
-    let (factor, solve) = symbolic.fill();
-    let (factor, solve) = (factor as f64, solve as f64);
-    let steps = 4.4 * root(1e-3 / o.reltol, 6);
-    o.fixed_step.is_none() && 13.0 * (factor + solve) > steps * (factor + 6.0 * solve)
 }
 
 fn mechanical(sys: &System) -> bool {

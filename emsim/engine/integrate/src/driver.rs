@@ -168,11 +168,8 @@ pub(super) fn lead(
     sink: &mut impl Sink,
     tick: &mut Tick,
 ) -> Outcome {
-    let x = match starting_point(sys, w, a, o) {
-        Ok(x) => x,
-        Err(failed) => return Outcome::failed(*failed),
-    };
-    begun(sys, w, a, o, sink, x, tick)
+    let start = starting_point(sys, w, a, o);
+    start.map_or_else(|failed| Outcome::failed(*failed), |x| begun(sys, w, a, o, sink, x, tick))
 }
 
 /// A run that begins at x.
@@ -189,7 +186,6 @@ fn begun(
     outcome.unwrap_or_else(|why| Outcome::failed(Failed::at_start("transient", why, vec![])))
 }
 
-#[allow(clippy::too_many_arguments)]
 fn conduct(
     sys: &System,
     w: &mut Work,
@@ -656,7 +652,6 @@ impl<'a, S: Sink> Run<'a, S> {
 
     /// A flag that turns inside the attempted step (t, t1]: the step ends there, the flag flips, the method restarts.
     #[inline(never)]
-    #[allow(clippy::too_many_arguments)]
     fn event(
         &mut self,
         method: &mut dyn Method,

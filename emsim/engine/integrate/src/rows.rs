@@ -637,7 +637,6 @@ impl Grid {
 
     /// Rows strictly before `t1`, which is recorded by the caller; false where the run is not to go on.
     #[inline(never)]
-    #[allow(clippy::too_many_arguments)]
     pub fn fill(
         &mut self,
         m: &dyn Method,

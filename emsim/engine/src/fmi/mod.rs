@@ -11,7 +11,6 @@ macro_rules! of_component {
     ($($(#[doc = $doc:literal])* $name:ident: |$c:tt $(, $arg:ident: $type:ty)*| $what:expr;)*) => {$(
         $(#[doc = $doc])*
         #[no_mangle]
-        #[allow(clippy::too_many_arguments)]
         pub unsafe extern "C" fn $name(c: *mut c_void $(, $arg: $type)*) -> c_int {
             with(c, |$c| $what)
         }

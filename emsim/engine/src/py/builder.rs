@@ -3,6 +3,7 @@ use super::expr::{lock, Expr, SharedGraph};
 use super::request::request;
 use super::system::{Origin, System};
 use super::veriloga::{self, VerilogA};
+use super::Given;
 use super::{foreign, guarded};
 use crate::assembly;
 use crate::clocked::{Clock, Signal, Timer};
@@ -21,7 +22,7 @@ use crate::waves::Wave;
 use pyo3::exceptions::{PyIndexError, PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex};
 
 #[pyclass]
@@ -37,6 +38,25 @@ impl Builder {
         Expr { graph: self.graph.clone(), id }
     }
 
+    fn add(&mut self, row: i64, e: &Given<'_>, to: fn(&mut Model) -> &mut BTreeMap<usize, Id>) -> PyResult<()> {
+        let (id, graph) = (Expr::operand(&self.graph, e)?, self.graph.clone());
+        let Some(row) = self.row(row)? else { return Ok(()) };
+        to(self.model()?).entry(row).and_modify(|sum| *sum = lock(&graph).add(*sum, id)).or_insert(id);
+        Ok(())
+    }
+
+    fn made(&self, make: impl FnOnce(&mut Graph) -> Id) -> Expr {
+        let id = make(&mut lock(&self.graph));
+        self.expr(id)
+    }
+
+    fn flagged(&mut self, flag: FlagSpec) -> PyResult<Expr> {
+        let flags = &mut self.model()?.flags;
+        flags.push(flag);
+        let k = flags.len() as u32 - 1;
+        Ok(self.made(|g| g.flag(k)))
+    }
+
     fn model(&mut self) -> PyResult<&mut Model> {
         self.model.as_mut().ok_or_else(|| PyValueError::new_err("this builder has been compiled already"))
     }
@@ -50,7 +70,7 @@ impl Builder {
         }
     }
 
-    fn ids(&self, xs: &[Bound<'_, PyAny>]) -> PyResult<Vec<Id>> {
+    fn ids(&self, xs: &[Given<'_>]) -> PyResult<Vec<Id>> {
         xs.iter().map(|x| Expr::operand(&self.graph, x)).collect()
     }
 
@@ -125,34 +145,30 @@ impl Builder {
     }
 
     fn x(&self, i: usize) -> Expr {
-        let id = lock(&self.graph).unknown(i as u32);
-        self.expr(id)
+        self.made(|g| g.unknown(i as u32))
     }
 
     fn time(&self) -> Expr {
-        let id = lock(&self.graph).time();
-        self.expr(id)
+        self.made(|g| g.time())
     }
 
     #[pyo3(name = "const")]
     fn constant(&self, v: f64) -> Expr {
-        let id = lock(&self.graph).constant(v);
-        self.expr(id)
+        self.made(|g| g.constant(v))
     }
 
     fn symbol(&self) -> Expr {
-        let id = lock(&self.graph).symbol();
-        self.expr(id)
+        self.made(|g| g.symbol())
     }
 
     /// Is y made of flags and constants alone?
-    fn is_logic(&self, y: &Bound<'_, PyAny>) -> PyResult<bool> {
+    fn is_logic(&self, y: &Given<'_>) -> PyResult<bool> {
         let y = Expr::operand(&self.graph, y)?;
         Ok(logic_alone(&lock(&self.graph), &[y]))
     }
 
     #[pyo3(signature = (function, *args))]
-    fn call(&self, function: &str, args: Vec<Bound<'_, PyAny>>) -> PyResult<Expr> {
+    fn call(&self, function: &str, args: Vec<Given<'_>>) -> PyResult<Expr> {
         let a = self.ids(&args)?;
         let mut g = lock(&self.graph);
         let id = match (function, a.as_slice()) {
@@ -180,10 +196,9 @@ impl Builder {
         Ok(self.expr(id))
     }
 
-    fn select(&self, cond: &Bound<'_, PyAny>, a: &Bound<'_, PyAny>, b: &Bound<'_, PyAny>) -> PyResult<Expr> {
+    fn select(&self, cond: &Given<'_>, a: &Given<'_>, b: &Given<'_>) -> PyResult<Expr> {
         let ids = self.ids(&[cond.clone(), a.clone(), b.clone()])?;
-        let id = lock(&self.graph).select(ids[0], ids[1], ids[2]);
-        Ok(self.expr(id))
+        Ok(self.made(|g| g.select(ids[0], ids[1], ids[2])))
     }
 
     /// 0/1, held between events: 1 when `up` > 0, 0 when `down` < 0; in between `initial` at the start of a run from given
@@ -191,8 +206,8 @@ impl Builder {
     #[pyo3(signature = (up, down=None, name=String::new(), initial=-1, rest=-1, law=""))]
     fn flag(
         &mut self,
-        up: &Bound<'_, PyAny>,
-        down: Option<&Bound<'_, PyAny>>,
+        up: &Given<'_>,
+        down: Option<&Given<'_>>,
         name: String,
         initial: i8,
         rest: i8,
@@ -213,22 +228,16 @@ impl Builder {
         if up == down {
             let known = lock(&self.graph).value(up); // the guard must be gone before the next lock
             if let (Some(v), false) = (known, law.of_modes()) {
-                let c = lock(&self.graph).constant(if v > 0.0 { 1.0 } else { 0.0 });
-                return Ok(self.expr(c));
+                return Ok(self.made(|g| g.constant(if v > 0.0 { 1.0 } else { 0.0 })));
             }
             // one comparison asked twice is one flag
             if let Some(k) =
                 self.model()?.flags.iter().position(|f| f.up == up && f.down == down && f.name == name && f.law == law)
             {
-                let id = lock(&self.graph).flag(k as u32);
-                return Ok(self.expr(id));
+                return Ok(self.made(|g| g.flag(k as u32)));
             }
         }
-        let m = self.model()?;
-        m.flags.push(FlagSpec { up, down, name, initial, rest, law });
-        let k = m.flags.len() - 1;
-        let id = lock(&self.graph).flag(k as u32);
-        Ok(self.expr(id))
+        self.flagged(FlagSpec { up, down, name, initial, rest, law })
     }
 
     /// What `keep` gives it, as it was just before the last event; 0 before the first. It may read itself. `past`: points of a
@@ -237,14 +246,10 @@ impl Builder {
     fn memory(&mut self, name: String, past: bool) -> PyResult<Expr> {
         let law = if past { Law::History } else { Law::Memory };
         let nothing = lock(&self.graph).constant(0.0);
-        let m = self.model()?;
-        m.flags.push(FlagSpec { up: nothing, down: nothing, name, initial: -1, rest: -1, law });
-        let k = m.flags.len() - 1;
-        let id = lock(&self.graph).flag(k as u32);
-        Ok(self.expr(id))
+        self.flagged(FlagSpec { up: nothing, down: nothing, name, initial: -1, rest: -1, law })
     }
 
-    fn keep(&mut self, memory: &Expr, value: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn keep(&mut self, memory: &Expr, value: &Given<'_>) -> PyResult<()> {
         let value = Expr::operand(&self.graph, value)?;
         let node = lock(&self.graph).node(memory.id);
         match node {
@@ -299,7 +304,7 @@ impl Builder {
         Ok(())
     }
 
-    fn grad(&self, y: &Bound<'_, PyAny>, xs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<Expr>> {
+    fn grad(&self, y: &Given<'_>, xs: Vec<Given<'_>>) -> PyResult<Vec<Expr>> {
         let y = Expr::operand(&self.graph, y)?;
         let xs = self.ids(&xs)?;
         let ds = guarded(|| derive::gradient(&mut lock(&self.graph), y, &xs))?;
@@ -307,22 +312,14 @@ impl Builder {
     }
 
     /// d ys / ds along the direction given by (leaf, tangent) pairs: forward mode.
-    fn tangent(
-        &self,
-        ys: Vec<Bound<'_, PyAny>>,
-        seed: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
-    ) -> PyResult<Vec<Expr>> {
+    fn tangent(&self, ys: Vec<Given<'_>>, seed: Vec<(Given<'_>, Given<'_>)>) -> PyResult<Vec<Expr>> {
         let ys = self.ids(&ys)?;
         let map = self.pairs(seed)?;
         let ds = guarded(|| derive::tangent(&mut lock(&self.graph), &ys, &map))?;
         Ok(ds.into_iter().map(|d| self.expr(d)).collect())
     }
 
-    fn substitute(
-        &self,
-        ys: Vec<Bound<'_, PyAny>>,
-        map: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
-    ) -> PyResult<Vec<Expr>> {
+    fn substitute(&self, ys: Vec<Given<'_>>, map: Vec<(Given<'_>, Given<'_>)>) -> PyResult<Vec<Expr>> {
         let ys = self.ids(&ys)?;
         let map = self.pairs(map)?;
         let mut g = lock(&self.graph);
@@ -334,20 +331,20 @@ impl Builder {
         Ok(out.into_iter().map(|d| self.expr(d)).collect())
     }
 
-    fn depends(&self, y: &Bound<'_, PyAny>, xs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<bool>> {
+    fn depends(&self, y: &Given<'_>, xs: Vec<Given<'_>>) -> PyResult<Vec<bool>> {
         let y = Expr::operand(&self.graph, y)?;
         let xs = self.ids(&xs)?;
         Ok(derive::depends(&lock(&self.graph), y, &xs))
     }
 
-    fn count(&self, ys: Vec<Bound<'_, PyAny>>) -> PyResult<usize> {
+    fn count(&self, ys: Vec<Given<'_>>) -> PyResult<usize> {
         let ys = self.ids(&ys)?;
         Ok(lock(&self.graph).count(&ys))
     }
 
     /// Values of `ys` at unknowns x (missing ones read 0), time t, waves at t, flags by their roots.
     #[pyo3(signature = (ys, x, t=0.0))]
-    fn eval(&mut self, ys: Vec<Bound<'_, PyAny>>, mut x: Vec<f64>, t: f64) -> PyResult<Vec<f64>> {
+    fn eval(&mut self, ys: Vec<Given<'_>>, mut x: Vec<f64>, t: f64) -> PyResult<Vec<f64>> {
         let ys = self.ids(&ys)?;
         let graph = self.graph.clone();
         let m = self.model()?;
@@ -387,7 +384,7 @@ impl Builder {
     }
 
     /// Makes the row of an unknown read an expression a time ago, as a source; gives its number.
-    fn delay(&mut self, row: usize, of: &Bound<'_, PyAny>, by: f64, initial: f64) -> PyResult<usize> {
+    fn delay(&mut self, row: usize, of: &Given<'_>, by: f64, initial: f64) -> PyResult<usize> {
         let of = Expr::operand(&self.graph, of)?;
         if !(by > 0.0 && by.is_finite()) {
             return Err(PyValueError::new_err("a delay is positive"));
@@ -421,7 +418,7 @@ impl Builder {
     }
 
     /// What is made of flags decides that node: is it above what is low, is it below what is high?
-    fn digital_senses(&mut self, node: usize, above: &Bound<'_, PyAny>, below: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn digital_senses(&mut self, node: usize, above: &Given<'_>, below: &Given<'_>) -> PyResult<()> {
         let ids = [Expr::operand(&self.graph, above)?, Expr::operand(&self.graph, below)?];
         if !logic_alone(&lock(&self.graph), &ids) {
             return Err(PyValueError::new_err("flags alone decide a digital node"));
@@ -472,7 +469,7 @@ impl Builder {
     }
 
     /// What signals of a clock become at its ticks, behind the rules that were given before.
-    fn clocked_rule(&mut self, clock: usize, signals: Vec<usize>, values: Vec<Bound<'_, PyAny>>) -> PyResult<()> {
+    fn clocked_rule(&mut self, clock: usize, signals: Vec<usize>, values: Vec<Given<'_>>) -> PyResult<()> {
         let values = self.ids(&values)?;
         self.model()?.clocked.rule(clock, signals, values);
         Ok(())
@@ -483,7 +480,7 @@ impl Builder {
         &mut self,
         clock: usize,
         spec: &Bound<'_, PyDict>,
-        values: Vec<Bound<'_, PyAny>>,
+        values: Vec<Given<'_>>,
         signals: Vec<usize>,
     ) -> PyResult<()> {
         let (spec, values) = (foreign::spec(spec)?, self.ids(&values)?);
@@ -493,12 +490,7 @@ impl Builder {
 
     /// An FMU for model exchange between unknowns: its states, its inputs, the time, its outputs, its indicators; flags that are the signs of
     /// the latter.
-    fn exchange(
-        &mut self,
-        spec: &Bound<'_, PyDict>,
-        places: [Vec<usize>; 5],
-        flags: Vec<Bound<'_, PyAny>>,
-    ) -> PyResult<()> {
+    fn exchange(&mut self, spec: &Bound<'_, PyDict>, places: [Vec<usize>; 5], flags: Vec<Given<'_>>) -> PyResult<()> {
         let flags = self.ids(&flags)?.into_iter().map(|id| self.flag_number(id)).collect::<PyResult<Vec<_>>>()?;
         let of = Arc::new(Exchange::new(foreign::spec(spec)?));
         let [states, inputs, time, outputs, indicators] = places;
@@ -526,8 +518,7 @@ impl Builder {
     }
 
     fn wave_expr(&self, k: u32) -> Expr {
-        let id = lock(&self.graph).wave(k);
-        self.expr(id)
+        self.made(|g| g.wave(k))
     }
 
     fn g(&mut self, row: i64, col: i64, v: f64) -> PyResult<()> {
@@ -569,32 +560,17 @@ impl Builder {
         Ok(())
     }
 
-    fn add_f(&mut self, row: i64, e: &Bound<'_, PyAny>) -> PyResult<()> {
-        let id = Expr::operand(&self.graph, e)?;
-        let graph = self.graph.clone();
-        if let Some(r) = self.row(row)? {
-            let m = self.model()?;
-            let sum = m.f.get(&r).map_or(id, |&old| lock(&graph).add(old, id));
-            m.f.insert(r, sum);
-        }
-        Ok(())
+    fn add_f(&mut self, row: i64, e: &Given<'_>) -> PyResult<()> {
+        self.add(row, e, |m| &mut m.f)
     }
 
-    fn add_q(&mut self, row: i64, e: &Bound<'_, PyAny>) -> PyResult<()> {
-        let id = Expr::operand(&self.graph, e)?;
-        let graph = self.graph.clone();
-        if let Some(r) = self.row(row)? {
-            let m = self.model()?;
-            let sum = m.q.get(&r).map_or(id, |&old| lock(&graph).add(old, id));
-            m.q.insert(r, sum);
-        }
-        Ok(())
+    fn add_q(&mut self, row: i64, e: &Given<'_>) -> PyResult<()> {
+        self.add(row, e, |m| &mut m.q)
     }
 
     /// An instance of the device `kind` between `nodes`, with its inner nodes; what it makes of parameters is its own business.
     /// Returns its series resistances: (number of the terminal, inner node, conductance [S]).
     #[pyo3(signature = (kind, name, nodes, model, instance, temp_c=27.0, tnom_c=27.0))]
-    #[allow(clippy::too_many_arguments)]
     fn device(
         &mut self,
         kind: &str,
@@ -618,7 +594,6 @@ impl Builder {
     /// time, analyses or events (wave, (re, im)) of ac_stim and the unknowns that are late; tables of its noise, by the source's name.
     #[pyo3(signature = (modules, module, name, nodes, model, instance, temp_c=27.0, tnom_c=27.0, m=1.0, connected=usize::MAX,
         gmin=1e-12))]
-    #[allow(clippy::too_many_arguments, clippy::type_complexity)]
     fn module(
         &mut self,
         py: Python<'_>,
@@ -627,7 +602,7 @@ impl Builder {
         name: &str,
         nodes: Vec<i64>,
         model: &veriloga::Values,
-        instance: HashMap<String, Bound<'_, PyAny>>,
+        instance: HashMap<String, Given<'_>>,
         temp_c: f64,
         tnom_c: f64,
         m: f64,
@@ -744,12 +719,11 @@ impl Builder {
     /// Mass-weighted projection of the coordinates `q` (indices of unknowns) onto h = 0, the held ones fixed.
     /// `mass` is the n x n mass matrix as expressions, evaluated at x. Returns (ok, q values, residual of each h).
     #[pyo3(signature = (q, h, mass, x, held, t=0.0, tol=1e-12))]
-    #[allow(clippy::too_many_arguments)]
     fn project(
         &mut self,
         q: Vec<usize>,
-        h: Vec<Bound<'_, PyAny>>,
-        mass: Vec<Bound<'_, PyAny>>,
+        h: Vec<Given<'_>>,
+        mass: Vec<Given<'_>>,
         mut x: Vec<f64>,
         held: Vec<bool>,
         t: f64,
@@ -853,7 +827,7 @@ impl Builder {
         Ok((class, k))
     }
 
-    fn pairs(&self, map: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)>) -> PyResult<Vec<(Id, Id)>> {
+    fn pairs(&self, map: Vec<(Given<'_>, Given<'_>)>) -> PyResult<Vec<(Id, Id)>> {
         map.iter().map(|(a, b)| Ok((Expr::operand(&self.graph, a)?, Expr::operand(&self.graph, b)?))).collect()
     }
 }

@@ -1,4 +1,5 @@
 //! `Expr`: a node of the graph, with Python's operators.
+use super::Given;
 use crate::graph::{Graph, Id, Node};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -21,7 +22,7 @@ pub struct Expr {
 
 impl Expr {
     /// A number or an expression of the same graph, or of one that it is a copy of.
-    pub fn operand(graph: &SharedGraph, value: &Bound<'_, PyAny>) -> PyResult<Id> {
+    pub fn operand(graph: &SharedGraph, value: &Given<'_>) -> PyResult<Id> {
         if let Ok(e) = value.cast::<Expr>() {
             let e = e.get();
             if !Arc::ptr_eq(&e.graph, graph) {
@@ -51,7 +52,7 @@ impl Expr {
         node.operands().map(|id| self.with(id)).collect()
     }
 
-    fn binary(&self, other: &Bound<'_, PyAny>, f: fn(&mut Graph, Id, Id) -> Id, swap: bool) -> PyResult<Expr> {
+    fn binary(&self, other: &Given<'_>, f: fn(&mut Graph, Id, Id) -> Id, swap: bool) -> PyResult<Expr> {
         let o = Expr::operand(&self.graph, other)?;
         let mut g = lock(&self.graph);
         let id = if swap { f(&mut g, o, self.id) } else { f(&mut g, self.id, o) };
@@ -95,34 +96,34 @@ impl Expr {
         (name.to_string(), number, self.operands(node))
     }
 
-    fn __add__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+    fn __add__(&self, o: &Given<'_>) -> PyResult<Expr> {
         self.binary(o, Graph::add, false)
     }
-    fn __radd__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+    fn __radd__(&self, o: &Given<'_>) -> PyResult<Expr> {
         self.binary(o, Graph::add, true)
     }
-    fn __sub__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+    fn __sub__(&self, o: &Given<'_>) -> PyResult<Expr> {
         self.binary(o, Graph::sub, false)
     }
-    fn __rsub__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+    fn __rsub__(&self, o: &Given<'_>) -> PyResult<Expr> {
         self.binary(o, Graph::sub, true)
     }
-    fn __mul__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+    fn __mul__(&self, o: &Given<'_>) -> PyResult<Expr> {
         self.binary(o, Graph::mul, false)
     }
-    fn __rmul__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+    fn __rmul__(&self, o: &Given<'_>) -> PyResult<Expr> {
         self.binary(o, Graph::mul, true)
     }
-    fn __truediv__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+    fn __truediv__(&self, o: &Given<'_>) -> PyResult<Expr> {
         self.binary(o, Graph::div, false)
     }
-    fn __rtruediv__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+    fn __rtruediv__(&self, o: &Given<'_>) -> PyResult<Expr> {
         self.binary(o, Graph::div, true)
     }
-    fn __pow__(&self, o: &Bound<'_, PyAny>, _modulo: Option<&Bound<'_, PyAny>>) -> PyResult<Expr> {
+    fn __pow__(&self, o: &Given<'_>, _modulo: Option<&Given<'_>>) -> PyResult<Expr> {
         self.binary(o, Graph::pow, false)
     }
-    fn __rpow__(&self, o: &Bound<'_, PyAny>, _modulo: Option<&Bound<'_, PyAny>>) -> PyResult<Expr> {
+    fn __rpow__(&self, o: &Given<'_>, _modulo: Option<&Given<'_>>) -> PyResult<Expr> {
         self.binary(o, Graph::pow, true)
     }
     fn __neg__(&self) -> Expr {

@@ -1,5 +1,11 @@
 //! The Python face: thin, one file for the expressions, one for the builder, one for the compiled
 //! system, one for syntax trees, one for Verilog-A, one for circuit diagrams, one for the numbers of tables.
+/// Puts values into a dict: fields of a struct under their names, or what is said.
+macro_rules! put {
+    ($d:expr, $of:expr; $($field:ident)*) => { $( $d.set_item(stringify!($field), $of.$field.clone())?; )* };
+    ($d:expr; $($key:literal => $value:expr),*) => { $( $d.set_item($key, $value)?; )* };
+}
+
 mod builder;
 mod expr;
 mod foreign;
@@ -30,12 +36,18 @@ fn ask() -> bool {
     true
 }
 
+/// What Python gives.
+type Given<'py> = Bound<'py, PyAny>;
+
+/// An error where the work has found that it has no end.
+pub fn ends() -> PyResult<()> {
+    interrupt::failed().map_or(Ok(()), |why| Err(Endless::new_err(why)))
+}
+
 /// Why what takes long was ended.
-pub fn ended() -> PyErr {
-    match interrupt::failed() {
-        Some(why) => Endless::new_err(why),
-        None => expr::lock(&RAISED).take().unwrap_or_else(|| PyKeyboardInterrupt::new_err(())),
-    }
+fn ended() -> PyErr {
+    let raised = || expr::lock(&RAISED).take().unwrap_or_else(|| PyKeyboardInterrupt::new_err(()));
+    ends().err().unwrap_or_else(raised)
 }
 
 /// What may take long; where it was interrupted, what Python's handler has raised.
@@ -101,7 +113,6 @@ type Port = (&'static str, bool, bool, bool);
 /// Of every digital part: name, what it is, ports (name, is it an output, a list, may it be open?), parameters (name, unit, default,
 /// meaning).
 #[pyfunction]
-#[allow(clippy::type_complexity)]
 fn digital_parts() -> Vec<(&'static str, &'static str, Vec<Port>, Vec<(&'static str, &'static str, f64, &'static str)>)>
 {
     let specs = crate::logic::REGISTRY.iter().flat_map(|specs| specs.iter());

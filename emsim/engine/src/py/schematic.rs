@@ -11,7 +11,6 @@ type VariantOf = (i32, Vec<[i32; 4]>, Vec<[i32; 4]>);
 /// each net as lists of corners, nets that are not wired whole, cost).
 #[pyfunction]
 #[pyo3(signature = (parts, nets, wishes, seed, rounds, moves, polish))]
-#[allow(clippy::too_many_arguments)]
 pub fn arrange_diagram(
     py: Python<'_>,
     parts: Vec<Vec<VariantOf>>,

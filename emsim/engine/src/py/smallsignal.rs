@@ -1,6 +1,7 @@
 //! `SmallSignal`: the equations linearised about an operating point.
 use super::expr::{lock, Expr, SharedGraph};
 use super::guarded;
+use super::Given;
 use crate::smallsignal::{self, Excitation, Gradients, NoiseSource};
 use crate::sparse::{Complex, Scalar, Singular};
 use crate::system::{System, Work};
@@ -124,12 +125,11 @@ impl SmallSignal {
 
     /// Where the unknowns are X at each s, whether that is the solution or not: what expressions come to, with sources of these
     /// amplitudes; and what these put into the rows.
-    #[allow(clippy::type_complexity)]
     fn weigh(
         &self,
         s: Vec<Pair>,
         x: Vec<Vec<Pair>>,
-        outputs: Vec<Bound<'_, PyAny>>,
+        outputs: Vec<Given<'_>>,
         sources: Vec<(usize, Pair)>,
     ) -> PyResult<(Vec<Vec<Pair>>, Vec<Vec<Pair>>)> {
         let ids = outputs.iter().map(|o| Expr::operand(&self.graph, o)).collect::<PyResult<Vec<_>>>()?;
@@ -153,7 +153,7 @@ impl SmallSignal {
     }
 
     /// Values of expressions at the point.
-    fn values(&self, outputs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
+    fn values(&self, outputs: Vec<Given<'_>>) -> PyResult<Vec<f64>> {
         let ids = outputs.iter().map(|o| Expr::operand(&self.graph, o)).collect::<PyResult<Vec<_>>>()?;
         let tape = Tape::new(&lock(&self.graph), &ids);
         let mut held = lock(&self.held);
@@ -164,7 +164,6 @@ impl SmallSignal {
 
     /// Sources of noise of devices at the point: (instance, source, nodes from and to, power density at 1 Hz, exponent of 1/f); and
     /// their series resistances: (instance, terminal, nodes, conductance).
-    #[allow(clippy::type_complexity)]
     fn device_noise(&self) -> (Vec<(String, String, [i32; 2], f64, f64)>, Vec<(String, usize, [i32; 2], f64)>) {
         let held = lock(&self.held);
         let mut found = Vec::new();
@@ -176,7 +175,6 @@ impl SmallSignal {
 
     /// At each frequency [Hz], as columns: the square of the gain from a source (its wave) to an expression, and for each source of
     /// noise (rows of F with factors, power density at 1 Hz, exponent of 1/f) the density in the expression.
-    #[allow(clippy::type_complexity)]
     fn noise<'py>(
         &self,
         py: Python<'py>,
@@ -226,7 +224,7 @@ impl SmallSignal {
     }
 
     /// a = (G + s C)^-T de/dx of an expression: what one ampere (or whatever the row's unit is) into each row of F gives in it.
-    fn adjoint(&self, s: Pair, output: &Bound<'_, PyAny>) -> PyResult<Vec<Pair>> {
+    fn adjoint(&self, s: Pair, output: &Given<'_>) -> PyResult<Vec<Pair>> {
         let id = Expr::operand(&self.graph, output)?;
         let mut held = lock(&self.held);
         let (linear, w) = &mut *held;

@@ -4,6 +4,7 @@ use super::guarded;
 use super::request::request;
 use super::smallsignal::SmallSignal;
 use super::table::bytes;
+use super::Given;
 use crate::graph::{Graph, Id, Node};
 use crate::integrate::{self, Failed};
 use crate::interrupt;
@@ -57,7 +58,7 @@ impl System {
         System { inner: Arc::new(system), integrated: OnceLock::new(), graph, equations, origin }
     }
 
-    fn ids(&self, outputs: &[Bound<'_, PyAny>]) -> PyResult<Vec<Id>> {
+    fn ids(&self, outputs: &[Given<'_>]) -> PyResult<Vec<Id>> {
         outputs.iter().map(|o| Expr::operand(&self.graph, o)).collect()
     }
 
@@ -269,7 +270,7 @@ impl System {
         integrate::pays(&self.inner, tstop)
     }
     /// Of each expression: does it read an unknown of higher index?
-    fn lags(&self, outputs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<bool>> {
+    fn lags(&self, outputs: Vec<Given<'_>>) -> PyResult<Vec<bool>> {
         let (ids, graph) = (self.ids(&outputs)?, lock(&self.graph));
         let late = integrate::undetermined(&self.inner);
         let is_late = |&id: &Id| matches!(graph.node(id), Node::Unknown(i) if late[i as usize]);
@@ -353,7 +354,7 @@ impl System {
     }
 
     /// Values of expressions at (x, t), conditions as they are there.
-    fn values(&self, outputs: Vec<Bound<'_, PyAny>>, x: Vec<f64>, t: f64) -> PyResult<Vec<f64>> {
+    fn values(&self, outputs: Vec<Given<'_>>, x: Vec<f64>, t: f64) -> PyResult<Vec<f64>> {
         if x.len() != self.inner.n {
             return Err(PyValueError::new_err(format!(
                 "x has {} values, there are {} unknowns",
@@ -374,7 +375,7 @@ impl System {
     fn op(
         &self,
         py: Python<'_>,
-        outputs: Vec<Bound<'_, PyAny>>,
+        outputs: Vec<Given<'_>>,
         options_: Option<&Bound<'_, PyDict>>,
         statics: bool,
     ) -> PyResult<Waveforms> {
@@ -397,9 +398,7 @@ impl System {
             })?;
             PyResult::Ok((w, found.err(), record, clock.seconds()))
         })?;
-        if let Some(why) = interrupt::failed() {
-            return Err(crate::py::Endless::new_err(why));
-        }
+        super::ends()?;
         let failure = failed.map(|f| failure_dict(py, &self.inner, &f)).transpose()?;
         let status = if failure.is_some() { "failed" } else { "ok" };
         Ok(Waveforms::new(record, &w, seconds, status, failure))
@@ -408,11 +407,10 @@ impl System {
     /// Operating points along a sweep, one row each, whose first column is the number of the point. `points`: values of the
     /// sources `waves`. `near`: unknowns and conditions to begin from, those of `state` of a sweep before.
     #[pyo3(signature = (outputs, options_=None, statics=false, waves=vec![], points=vec![], near=None))]
-    #[allow(clippy::too_many_arguments)]
     fn dc(
         &self,
         py: Python<'_>,
-        outputs: Vec<Bound<'_, PyAny>>,
+        outputs: Vec<Given<'_>>,
         options_: Option<&Bound<'_, PyDict>>,
         statics: bool,
         waves: Vec<usize>,
@@ -463,17 +461,9 @@ impl System {
             let state = (x, w.flags.clone());
             (w, failed, stopped, record, state, hung, clock.seconds())
         });
-        if let Some(why) = interrupt::failed() {
-            return Err(crate::py::Endless::new_err(why));
-        }
+        super::ends()?;
         let failure = failed.map(|f| failure_dict(py, &self.inner, &f)).transpose()?;
-        let status = if failure.is_some() {
-            "failed"
-        } else if stopped {
-            "interrupted"
-        } else {
-            "ok"
-        };
+        let status = ["ok", "interrupted", "failed"][if failure.is_some() { 2 } else { usize::from(stopped) }];
         let found = Waveforms::new(record, &w, seconds, status, failure);
         Ok(Waveforms { hanging: hung, substitute: None, unstable: None, state: Some(state), ..found })
     }
@@ -496,7 +486,6 @@ impl System {
     /// there, .tf and .sens: the machine does not move, and nothing is another one to small signals.
     /// `given`: values of sources, by their waves, in place of their own.
     #[pyo3(signature = (options_=None, statics=false, hold=false, given=vec![]))]
-    #[allow(clippy::type_complexity)]
     fn small_signal(
         &self,
         py: Python<'_>,
@@ -549,19 +538,19 @@ impl System {
         let r = PackRequest::read("pack", request)?;
         let missing = || PyValueError::new_err("pack: the builder was not asked to keep its equations");
         let (known, equations) = self.equations.as_ref().ok_or_else(missing)?;
-        let noted = |expr: &Bound<'_, PyAny>| {
+        let noted = |expr: &Given<'_>| {
             let id = Expr::operand(&self.graph, expr)?;
             let there = (id as usize) < *known;
             there.then_some(id).ok_or_else(|| PyValueError::new_err("pack: an output made too late"))
         };
-        let output = |(expr, name): (Bound<'_, PyAny>, String)| Ok(Output { id: noted(&expr)?, name });
-        let guard = |(expr, sign): (Bound<'_, PyAny>, i8)| Ok((noted(&expr)?, sign));
+        let output = |(expr, name): (Given<'_>, String)| Ok(Output { id: noted(&expr)?, name });
+        let guard = |(expr, sign): (Given<'_>, i8)| Ok((noted(&expr)?, sign));
         let input = |(wave, name, start, word): (usize, String, f64, String)| {
             let varies =
                 Varies::of(&word).ok_or_else(|| PyValueError::new_err(format!("pack: nothing varies `{word}`")))?;
             Ok(Input { wave, name, start, varies })
         };
-        let all = |exprs: Vec<Bound<'_, PyAny>>| exprs.iter().map(&noted).collect::<PyResult<Vec<_>>>();
+        let all = |exprs: Vec<Given<'_>>| exprs.iter().map(&noted).collect::<PyResult<Vec<_>>>();
         let account = |(powers, energies, impulsive)| {
             Ok::<_, PyErr>(Accounts { powers: all(powers)?, energies: all(energies)?, impulsive })
         };
@@ -674,21 +663,16 @@ fn wall_seconds() -> f64 {
 
 fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyResult<Py<PyDict>> {
     let d = PyDict::new(py);
-    d.set_item("t", f.t)?;
-    d.set_item("h", f.h)?;
-    d.set_item("during", f.during)?;
-    d.set_item("tried", f.tried.clone())?;
+    put!(d, f; t h during tried);
     let (kind, unknown, row) = match &f.why {
         Failure::Unfit { why } => {
             d.set_item("why", why)?;
             ("unfit", None, None)
         }
         Failure::TooLong { steps, seconds, mode } => {
-            d.set_item("steps", steps)?;
-            d.set_item("seconds", seconds)?;
+            put!(d; "steps" => steps, "seconds" => seconds);
             if let Some((_, period, resolution)) = mode {
-                d.set_item("period", period)?;
-                d.set_item("steps_per_period", resolution)?;
+                put!(d; "period" => period, "steps_per_period" => resolution);
             }
             ("too long", mode.map(|m| m.0), None)
         }
@@ -697,8 +681,7 @@ fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyRe
             ("signal", None, None)
         }
         Failure::Foreign { card, said } => {
-            d.set_item("card", card)?;
-            d.set_item("said", said)?;
+            put!(d; "card" => card, "said" => said);
             ("foreign", None, None)
         }
         Failure::Contradiction { flag } => {
@@ -717,12 +700,8 @@ fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyRe
         Failure::NotFinite { unknown } => ("not finite", Some(*unknown), Some(*unknown)),
         Failure::LeavesBranch { unknown } => ("leaves branch", Some(*unknown), Some(*unknown)),
     };
-    d.set_item("kind", kind)?;
-    d.set_item("unknown", unknown)?;
-    d.set_item("row", row)?;
     let name = |k: Option<usize>| k.and_then(|k| sys.unknowns.get(k)).map(|u| u.name.clone());
-    d.set_item("unknown_name", name(unknown))?;
-    d.set_item("row_name", name(row))?;
+    put!(d; "kind" => kind, "unknown" => unknown, "row" => row, "unknown_name" => name(unknown), "row_name" => name(row));
     Ok(d.unbind())
 }
 
@@ -734,19 +713,7 @@ fn watch_dict(py: Python<'_>, sys: &crate::system::System, r: &integrate::Report
         let Some(m) = mode else { continue };
         let e = PyDict::new(py);
         e.set_item("unknown", name(m.unknown))?;
-        for (key, v) in [
-            ("period", m.period),
-            ("steps", m.steps),
-            ("share", m.share),
-            ("loss", m.loss),
-            ("late", m.late),
-            ("cycles", m.cycles),
-            ("left", m.left),
-            ("from", m.from),
-            ("until", m.until),
-        ] {
-            e.set_item(key, v)?;
-        }
+        put!(e, m; period steps share loss late cycles left from until);
         d.set_item(key, e)?;
     }
     if let Some(ring) = r.ringing {
@@ -884,13 +851,9 @@ impl Waveforms {
     fn accounts(&self, py: Python<'_>) -> PyResult<Option<Py<PyDict>>> {
         let Some(ledger) = &self.record.ledger else { return Ok(None) };
         let d = PyDict::new(py);
-        d.set_item("powers", ledger.powers())?;
-        d.set_item("devices", ledger.devices())?;
         let (moved, swing) = ledger.turned_over();
-        d.set_item("moved", moved)?;
-        d.set_item("swing", swing)?;
-        d.set_item("first", ledger.first.clone())?;
-        d.set_item("last", ledger.last.clone())?;
+        put!(d; "powers" => ledger.powers(), "devices" => ledger.devices(), "moved" => moved, "swing" => swing);
+        put!(d, ledger; first last);
         if let Some(trace) = &ledger.trace {
             d.set_item("trace", bytes(py, trace))?;
         }
@@ -938,10 +901,7 @@ impl Waveforms {
             Refused::Full => ("full", None, None, None),
         };
         let d = PyDict::new(py);
-        d.set_item("kind", kind)?;
-        d.set_item("t", t)?;
-        d.set_item("flag", flag)?;
-        d.set_item("parameter", parameter)?;
+        put!(d; "kind" => kind, "t" => t, "flag" => flag, "parameter" => parameter);
         Ok(Some(d.unbind()))
     }
 
@@ -963,20 +923,7 @@ impl Waveforms {
     fn stats(&self, py: Python<'_>) -> PyResult<Py<PyDict>> {
         let d = PyDict::new(py);
         let c = &self.counters;
-        for (name, v) in [
-            ("steps", c.steps),
-            ("rejected", c.rejected),
-            ("newton_failures", c.newton_failures),
-            ("iterations", c.iterations),
-            ("evaluations", c.evaluations),
-            ("jacobians", c.jacobians),
-            ("factorisations", c.factorisations),
-            ("solves", c.solves),
-            ("events", c.events),
-            ("breakpoints", c.breakpoints),
-        ] {
-            d.set_item(name, v)?;
-        }
+        put!(d, c; steps rejected newton_failures iterations evaluations jacobians factorisations solves events breakpoints);
         d.set_item("points", self.record.rows())?;
         if !self.used.is_empty() {
             let mut names: Vec<&str> = Vec::new();
@@ -985,8 +932,7 @@ impl Waveforms {
                     names.push(name);
                 }
             }
-            d.set_item("method", names.join(", "))?;
-            d.set_item("methods", self.used.clone())?;
+            put!(d; "method" => names.join(", "), "methods" => self.used.clone());
         }
         d.set_item("solve_time", self.seconds)?;
         Ok(d.unbind())

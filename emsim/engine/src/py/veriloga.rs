@@ -43,14 +43,7 @@ fn told<'py>(py: Python<'py>, messages: &[Message]) -> PyResult<Bound<'py, PyLis
     let out = PyList::empty(py);
     for m in messages {
         let d = PyDict::new(py);
-        d.set_item("text", &m.text)?;
-        d.set_item("file", &m.file)?;
-        d.set_item("line", m.line)?;
-        d.set_item("column", m.column)?;
-        d.set_item("length", m.length)?;
-        d.set_item("source", &m.source)?;
-        d.set_item("hint", &m.hint)?;
-        d.set_item("through", m.through.clone())?;
+        put!(d, m; text file line column length source hint through);
         out.append(d)?;
     }
     Ok(out)
@@ -170,20 +163,11 @@ impl VerilogA {
         };
         let about = module.describe();
         let d = PyDict::new(py);
-        d.set_item("module", about.module)?;
-        d.set_item("meaning", about.meaning)?;
-        d.set_item("terminals", about.terminals)?;
-        d.set_item("disciplines", about.disciplines)?;
+        put!(d, about; module meaning terminals disciplines);
         let list = PyList::empty(py);
         for p in about.parameters {
             let one = PyDict::new(py);
-            one.set_item("names", p.names)?;
-            one.set_item("unit", p.unit)?;
-            one.set_item("meaning", p.meaning)?;
-            one.set_item("default", p.default)?;
-            one.set_item("instance", p.instance)?;
-            one.set_item("integer", p.integer)?;
-            one.set_item("text", p.text)?;
+            put!(one, p; names unit meaning default instance integer text);
             list.append(one)?;
         }
         d.set_item("parameters", list)?;

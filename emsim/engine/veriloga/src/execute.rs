@@ -8,6 +8,8 @@ use emsim_expr::interrupt;
 use emsim_expr::repeat::MOST_STEPS;
 use std::rc::Rc;
 
+const REACHED: &str = "where voltages decide whether it is reached";
+
 impl Elaborator<'_> {
     pub fn new_frame(&mut self, variables: &[Variable], function: usize) -> Answer<Frame> {
         let mut frame = Frame { function, stamps: vec![0; variables.len()], ..Frame::default() };
@@ -553,26 +555,18 @@ impl Elaborator<'_> {
             "$discontinuity" => {}
             "$strobe" | "$display" | "$write" | "$monitor" | "$debug" | "$warning" | "$info" => {
                 // what is said while voltages decide would be said at every evaluation
-                if !self.path.is_empty() {
-                    self.leave_out(
-                        &format!("{name} where voltages decide whether it is reached"),
-                        "it is not carried out",
-                    );
-                } else {
+                if self.path.is_empty() {
                     let text = self.formatted(arguments)?;
-                    if let Some(text) = text {
-                        if self.said.len() < 100 {
-                            self.said.push(text);
-                        }
+                    if self.said.len() < 100 {
+                        self.said.extend(text);
                     }
+                } else {
+                    self.leave_out(&format!("{name} {REACHED}"), "it is not carried out");
                 }
             }
             "$error" | "$fatal" | "$finish" | "$stop" => {
                 if !self.path.is_empty() {
-                    self.leave_out(
-                        &format!("{name} where voltages decide whether it is reached"),
-                        "it is not carried out",
-                    );
+                    self.leave_out(&format!("{name} {REACHED}"), "it is not carried out");
                 } else {
                     let skip = usize::from(name == "$fatal");
                     let text =

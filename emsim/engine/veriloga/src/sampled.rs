@@ -3,7 +3,7 @@
 //! y = b0 x + w1, w_i = b_i x - a_i y + w_(i+1): the transposed direct form, whose values are kept from sample to sample.
 use super::ast::E;
 use super::elaborate::{Answer, Elaborator, Num};
-use super::folded::{symbol_of, Mode};
+use super::folded::Mode;
 use super::source::Place;
 use emsim_expr::graph::Id;
 
@@ -92,11 +92,7 @@ impl Elaborator<'_> {
             };
             let rest = scaled(self, if i == 0 { gain } else { w[i] }, x);
             let held = self.g.select(fires, state, before[i]);
-            let mut runs = begun;
-            if let Some(tran) = symbol_of("tran") {
-                let tran = self.g.given(tran);
-                runs = self.g.mul(runs, tran);
-            }
+            let runs = self.in_transients(begun);
             let held = self.g.select(runs, held, rest);
             self.finals.push((symbols[i], held));
         }

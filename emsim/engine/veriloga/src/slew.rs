@@ -55,15 +55,19 @@ impl Elaborator<'_> {
         }
         let held = self.g.select(falls, low, x);
         let held = self.g.select(rises, high, held);
-        let mut runs = self.begun();
-        if let Some(tran) = symbol_of("tran") {
-            let tran = self.g.given(tran);
-            runs = self.g.mul(runs, tran);
-        }
+        let begun = self.begun();
+        let runs = self.in_transients(begun);
         let held = self.g.select(runs, held, x);
         self.finals.push((y, held));
         self.moving.insert(y);
         Ok(self.real(y))
+    }
+
+    /// A condition where the run is a transient.
+    pub(super) fn in_transients(&mut self, condition: Id) -> Id {
+        let Some(tran) = symbol_of("tran") else { return condition };
+        let tran = self.g.given(tran);
+        self.g.mul(condition, tran)
     }
 
     /// dx/dt between events; None where it is 0. What was a time ago has its slope of the whole.

@@ -1,5 +1,5 @@
 //! Frequency divider: counts rises of its input.
-use super::{delay, input, load, output, p, slope, Call, Level, One, Part, Spec, State, Unknown};
+use super::{delay, input, load, output, p, Call, Level, One, Part, Spec, Unknown};
 
 pub const SPECS: &[Spec] = &[Spec {
     name: "d_fdiv",
@@ -46,10 +46,7 @@ impl Part for Divider {
             return;
         }
         let level = Level::is(self.count > 0 && self.count <= self.high);
-        if c.rests || level != self.last {
-            c.post(1, State::strong(level), slope(self.last, level, self.delays));
-        }
-        self.last = level;
+        c.change(1, &mut self.last, level, self.delays);
     }
 
     fn twin(&self) -> Box<dyn Part> {

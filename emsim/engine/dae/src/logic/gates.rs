@@ -1,5 +1,5 @@
 //! Gates: and, or, exclusive or, their negations, buffer, inverter.
-use super::{delay, input, list, load, output, slope, Call, Given, Level, One, Part, Port, Spec, State, Unknown, Zero};
+use super::{delay, input, list, load, output, Call, Given, Level, One, Part, Port, Spec, Unknown, Zero};
 
 const MANY: &[Port] = &[list(input("in")), output("out")];
 const SINGLE: &[Port] = &[input("in"), output("out")];
@@ -59,10 +59,7 @@ fn gate(given: &Given, rule: Rule) -> Box<dyn Part> {
 impl Part for Gate {
     fn call(&mut self, c: &mut Call) {
         let level = (self.rule)(&mut c.levels(0));
-        if c.rests || level != self.last {
-            c.post(1, State::strong(level), slope(self.last, level, self.delays));
-        }
-        self.last = level;
+        c.change(1, &mut self.last, level, self.delays);
     }
 
     fn twin(&self) -> Box<dyn Part> {

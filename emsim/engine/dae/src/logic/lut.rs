@@ -46,10 +46,7 @@ struct Lut {
 impl Part for Lut {
     fn call(&mut self, c: &mut Call) {
         let level = place(c).map_or(Unknown, |k| self.table[k]);
-        if c.rests || level != self.last {
-            c.post(1, State::strong(level), slope(self.last, level, self.delays));
-        }
-        self.last = level;
+        c.change(1, &mut self.last, level, self.delays);
     }
 
     fn twin(&self) -> Box<dyn Part> {

@@ -273,6 +273,14 @@ impl Call<'_> {
         self.post_at(port, 0, state, delay);
     }
 
+    /// An output's level becomes another one; at rest it is said again.
+    pub fn change(&mut self, port: usize, last: &mut Level, level: Level, delays: [f64; 2]) {
+        if self.rests || level != *last {
+            self.post(port, State::strong(level), slope(*last, level, delays));
+        }
+        *last = level;
+    }
+
     /// The same of one of a list.
     pub fn post_at(&mut self, port: usize, k: usize, state: State, delay: f64) {
         if let Some(c) = self.seat.ports[port].get(k) {

@@ -12,7 +12,6 @@ pub fn is_all_state(sys: &System) -> bool {
 /// fluxes and momenta cannot move, but everything algebraic must fit:  Q(x1) - Q(x0) + h F(x1) = 0.
 /// With `refine`, multipliers and derivative unknowns are extrapolated from two such steps (their error is O(h)).
 /// On failure what is stored stays as it was, false: the method's own first step, stiffly accurate, will do the same work.
-#[allow(clippy::too_many_arguments)]
 pub fn consistent(
     sys: &System,
     newton: &mut Newton,
@@ -27,7 +26,6 @@ pub fn consistent(
 }
 
 /// The same; `charges`: Q(x0) where the equations were others before.
-#[allow(clippy::too_many_arguments)]
 pub fn consistent_with(
     sys: &System,
     newton: &mut Newton,

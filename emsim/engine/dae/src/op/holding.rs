@@ -191,7 +191,6 @@ impl Holding {
     }
 
     /// The same of friction with two directions: efforts and ways of both.
-    #[allow(clippy::too_many_arguments)]
     fn turn_two(
         &self,
         sys: &System,

@@ -204,6 +204,17 @@ impl Block {
         self.factor(held).inspect_err(|_| held.factored.fill(f64::NAN))
     }
 
+    /// held.rhs <- -A^-1 b, of b and the matrix's varying entries in `slots`.
+    #[inline]
+    fn solve_anew(&self, outputs: &[u32], slots: &[f64], held: &mut Held) -> Result<(), Trouble> {
+        self.refactor(&outputs[self.unknowns.len()..], slots, held)?;
+        for (b, &slot) in held.rhs.iter_mut().zip(outputs) {
+            *b = -slots[slot as usize];
+        }
+        self.solve(held);
+        Ok(())
+    }
+
     /// held.rhs <- A^-1 held.rhs
     #[inline]
     fn solve(&self, held: &mut Held) {
@@ -514,12 +525,7 @@ impl Reduced {
                 self.run(block.part, p);
                 let outputs = self.tape.part_places(block.part);
                 let held = &mut p.held[k];
-                let n = block.unknowns.len();
-                block.refactor(&outputs[n..], &p.slots, held)?;
-                for (b, &slot) in held.rhs.iter_mut().zip(outputs) {
-                    *b = -p.slots[slot as usize];
-                }
-                block.solve(held);
+                block.solve_anew(outputs, &p.slots, held)?;
                 for (&u, &v) in block.unknowns.iter().zip(&held.rhs) {
                     p.v[u] = v;
                 }
@@ -583,7 +589,6 @@ impl Reduced {
 
     fn newton(&self, newton: &Newton, k: usize, p: &mut Point) -> Result<(), Trouble> {
         let Newton { block, limits } = newton;
-        let n = block.unknowns.len();
         let part = limits.part + 1;
         let outputs = self.tape.part_places(part);
         self.run(block.part, p);
@@ -593,11 +598,7 @@ impl Reduced {
         for _ in 0..50 {
             self.run(part, p);
             let held = &mut p.held[k];
-            block.refactor(&outputs[n..], &p.slots, held)?;
-            for (b, &slot) in held.rhs.iter_mut().zip(outputs) {
-                *b = -p.slots[slot as usize];
-            }
-            block.solve(held);
+            block.solve_anew(outputs, &p.slots, held)?;
             let mut ratio = 0.0_f64;
             for (&u, &d) in block.unknowns.iter().zip(&held.rhs) {
                 let x = p.v[u] + d;

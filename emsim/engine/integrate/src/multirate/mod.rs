@@ -295,7 +295,6 @@ impl<'a> Multirate<'a> {
     }
 
     /// Circuit and machine over (t, end) in turn, until they agree.
-    #[allow(clippy::too_many_arguments)]
     fn iterate(
         &mut self,
         circuit: &mut Run<Window>,

@@ -94,9 +94,7 @@ pub(super) fn run(py: Python<'_>, this: &System, tstep: f64, tstop: f64, mut r: 
         }
         (outcome, w, record, clock.seconds())
     });
-    if let Some(why) = interrupt::failed() {
-        return Err(crate::py::Endless::new_err(why));
-    }
+    super::super::ends()?;
     told(py, this, outcome, w, record, seconds)
 }
 

@@ -195,6 +195,17 @@ impl Elaborator<'_> {
         })))
     }
 
+    /// 1 where a number is not 0.
+    fn holds(&mut self, b: Id) -> Num {
+        match self.g.value(b) {
+            Some(v) => self.whole(f64::from(u8::from(v != 0.0))),
+            None => {
+                let c = self.condition(b);
+                self.truth(c)
+            }
+        }
+    }
+
     /// a && b, a || b: b is not looked at where a decides.
     pub(super) fn logical(&mut self, and: bool, a: Num, eb: E) -> Answer<Num> {
         let a = self.plain(&a);
@@ -202,27 +213,14 @@ impl Elaborator<'_> {
             Some(v) if v != and => Ok(self.whole(f64::from(u8::from(v)))),
             Some(_) => {
                 let b = self.plain_number(eb)?;
-                Ok(match self.g.value(b.id) {
-                    Some(v) => self.whole(f64::from(u8::from(v != 0.0))),
-                    None => {
-                        let c = self.condition(b.id);
-                        self.truth(c)
-                    }
-                })
+                Ok(self.holds(b.id))
             }
             None => {
                 let c = self.condition(a.id);
                 self.path.push((c.0, and != c.1));
                 let b = self.plain_number(eb);
                 self.path.pop();
-                let b = b?;
-                let b = match self.g.value(b.id) {
-                    Some(v) => self.whole(f64::from(u8::from(v != 0.0))),
-                    None => {
-                        let c = self.condition(b.id);
-                        self.truth(c)
-                    }
-                };
+                let b = self.holds(b?.id);
                 let id = if and {
                     let zero = self.g.constant(0.0);
                     self.select(c, b.id, zero)
