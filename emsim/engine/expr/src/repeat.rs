@@ -83,9 +83,9 @@ pub fn number(law: Law) -> u32 {
 /// them, constants too, so that a loop is the same one whatever the parameters.
 pub fn made(g: &Graph, carried: &[Id], condition: Id, next: &[Id], at: &str) -> (u32, Vec<Id>) {
     let outs: Vec<Id> = std::iter::once(condition).chain(next.iter().copied()).collect();
-    let mut moves: HashMap<Id, bool> = HashMap::new();
+    let (leaves, mut moves): (HashSet<&Id>, HashMap<Id, bool>) = (carried.iter().collect(), HashMap::new());
     for id in g.reachable(&outs) {
-        let on = carried.contains(&id) || g.node(id).operands().any(|o| moves[&o]);
+        let on = leaves.contains(&id) || g.node(id).operands().any(|o| moves[&o]);
         moves.insert(id, on);
     }
     // what is read by what moves, lists and all
@@ -123,42 +123,64 @@ pub fn made(g: &Graph, carried: &[Id], condition: Id, next: &[Id], at: &str) -> 
     (number(law), inputs)
 }
 
-/// The same expressions by loops that carry no more than is read of them.
+/// The same expressions by loops that carry no more than is read of them. Two walks: from the end for what is read, whose loops
+/// read less of their arguments by that, and from the beginning to make it.
 pub fn pruned(g: &mut Graph, outs: &[Id]) -> Vec<Id> {
-    let mut outs = outs.to_vec();
-    'again: loop {
-        let mut read: BTreeMap<(Id, u32), Vec<u32>> = BTreeMap::new();
-        for id in g.reachable(&outs) {
-            if let Node::Result(number, k, list) = g.node(id) {
-                read.entry((list, number)).or_default().push(k);
+    let order = g.reachable(outs);
+    let mut read: HashSet<Id> = outs.iter().copied().collect();
+    let mut results: HashMap<Id, BTreeMap<u32, Vec<u32>>> = HashMap::new();
+    let mut kept: HashMap<(Id, u32), Vec<usize>> = HashMap::new();
+    let mut whole = true;
+    for &id in order.iter().rev() {
+        match g.node(id) {
+            // the results of a list come behind it: all that are read are known
+            Node::Join(..) => {
+                for (number, results) in results.remove(&id).into_iter().flatten() {
+                    let (law, old) = (&of(number).law, g.listed(id));
+                    let carried = law.needed(&results);
+                    whole &= carried.len() == law.next.len();
+                    read.extend(law.inputs(&carried).into_iter().chain(carried.iter().copied()).map(|k| old[k]));
+                    kept.insert((id, number), carried);
+                }
             }
+            Node::Result(number, k, list) if read.contains(&id) => {
+                results.entry(list).or_default().entry(number).or_default().push(k);
+            }
+            node if read.contains(&id) => read.extend(node.operands()),
+            _ => {}
         }
-        // the last ones first: what is read of the others may become less
-        for (&(list, number), results) in read.iter().rev() {
-            let law = &of(number).law;
-            let kept = law.needed(results);
-            if kept.len() == law.next.len() {
-                continue;
-            }
-            let carried: Vec<Id> = kept.iter().map(|&k| law.graph.clone().unknown(k as u32)).collect();
-            let next: Vec<Id> = kept.iter().map(|&k| law.next[k]).collect();
-            let (less, inputs) = made(&law.graph, &carried, law.condition, &next, &law.at);
-            let old = g.listed(list);
-            let arguments: Vec<Id> = carried.iter().chain(&inputs).copied().collect();
-            let argument = |node, _: &mut Graph| if let Node::Unknown(k) = node { Some(old[k as usize]) } else { None };
-            let arguments = law.graph.copied(&arguments, g, argument);
-            let list_of_less = g.list(&arguments);
-            let mut map = Vec::new();
-            for &k in results {
-                let place = kept.iter().position(|&c| c == k as usize).unwrap_or(0);
-                let old = g.result(number, k, list);
-                map.push((old, g.result(less, place as u32, list_of_less)));
-            }
-            outs = derive::substitute(g, &outs, &map);
-            continue 'again;
-        }
-        return outs;
     }
+    if whole {
+        return outs.to_vec();
+    }
+    let (mut image, mut calls): (HashMap<Id, Id>, HashMap<(Id, u32), (u32, Id)>) = Default::default();
+    for id in order.into_iter().filter(|id| read.contains(id)) {
+        let node = g.node(id);
+        let new = if let Node::Result(number, k, list) = node {
+            let kept = &kept[&(list, number)];
+            let (less, list) = *calls.entry((list, number)).or_insert_with(|| {
+                let (law, old) = (&of(number).law, g.listed(list));
+                let carried: Vec<Id> = kept.iter().map(|&k| law.graph.clone().unknown(k as u32)).collect();
+                let next: Vec<Id> = kept.iter().map(|&k| law.next[k]).collect();
+                let (less, inputs) = made(&law.graph, &carried, law.condition, &next, &law.at);
+                let arguments: Vec<Id> = carried.into_iter().chain(inputs).collect();
+                let argument = |node, _: &mut Graph| match node {
+                    Node::Unknown(k) => Some(image[&old[k as usize]]),
+                    _ => None,
+                };
+                let arguments = law.graph.copied(&arguments, g, argument);
+                (less, g.list(&arguments))
+            });
+            let place = kept.iter().position(|&c| c == k as usize).unwrap_or(0);
+            g.result(less, place as u32, list)
+        } else {
+            let mut operands = [0; 3];
+            node.operands().enumerate().for_each(|(k, o)| operands[k] = image[&o]);
+            g.rebuild(node, operands)
+        };
+        image.insert(id, new);
+    }
+    outs.iter().map(|id| image[id]).collect()
 }
 
 impl Law {
@@ -175,6 +197,12 @@ impl Law {
             }
         }
         (0..kept.len()).filter(|&k| kept[k]).collect()
+    }
+
+    /// What goes in and is read where these values are carried.
+    fn inputs(&self, carried: &[usize]) -> Vec<usize> {
+        let outs: Vec<Id> = carried.iter().map(|&k| self.next[k]).chain([self.condition]).collect();
+        self.graph.unknowns(&outs).into_iter().filter(|&k| k >= self.next.len()).collect()
     }
 
     /// Carried values that move where these arguments do.
