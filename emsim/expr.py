@@ -268,7 +268,7 @@ PARTS = frozenset("vm vp vr vi vdb vph im ip ir ii idb".split())  # of complex v
 MECHANICAL = frozenset(
     """
     v i angle omega alpha pos vel acc x y z vx vy vz ax ay az fx fy fz mx my mz force torque id iq p gap slip friction mode hits
-    impulse tension length energy temp mmf pressure heat flux flow ke pe power loss supplied
+    rolling drilling impulse tension length energy temp mmf pressure heat flux flow ke pe power loss supplied
     """.split()
 )
 PROBES = MECHANICAL | PARTS

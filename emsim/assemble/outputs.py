@@ -30,8 +30,8 @@ UNITS = {
     "ax": "m/s^2", "ay": "m/s^2", "az": "m/s^2",
     "fx": "N", "fy": "N", "fz": "N", "mx": "N m", "my": "N m", "mz": "N m", "force": "N", "torque": "N m",
     "id": "A", "iq": "A",
-    "gap": "m", "slip": "m/s", "friction": "N", "impulse": "N s", "tension": "N", "length": "m",
-    "temp": "K", "mmf": "A", "pressure": "Pa", "heat": "W", "flux": "Wb", "flow": "m^3/s",
+    "gap": "m", "slip": "m/s", "friction": "N", "rolling": "N m", "drilling": "N m", "impulse": "N s",
+    "tension": "N", "length": "m", "temp": "K", "mmf": "A", "pressure": "Pa", "heat": "W", "flux": "Wb", "flow": "m^3/s",
     "cph": "rad", "cphase": "rad",
     **{name: f.unit for name, f in KNOWN.items() if f.unit not in ("", SAME)},
 }  # fmt: skip

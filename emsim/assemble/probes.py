@@ -37,7 +37,7 @@ COUPLING = tuple(CARD_PROBES)
 WHOLE = ("pe", "ke", "power")
 UNITS = {"alpha": "rad/s^2", "acc": "m/s^2", "ax": "m/s^2", "ay": "m/s^2", "az": "m/s^2"}
 # functions that no circuit has: an unknown name in them is an error here
-OF_TOUCH = ("gap", "slip", "friction", "mode", "hits", "impulse", "tension")
+OF_TOUCH = ("gap", "slip", "friction", "rolling", "drilling", "mode", "hits", "impulse", "tension")
 ONLY_MECHANICAL = (*MOTIONS, *PLACES, *reactions.REACTIONS, "force", "torque", *OF_TOUCH, "ke")
 
 

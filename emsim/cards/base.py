@@ -196,8 +196,8 @@ HUGE = 1e150  # squares of more than that are beyond what floating point holds
 
 # words of force(c) torque(c) i(c) v(c) gap(c) hits(c) .. that `probes` may answer, with their units
 PROBES = {
-    "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W",
-    "id": "A", "iq": "A", "gap": "m", "slip": "m/s", "friction": "N", "mode": "", "hits": "", "impulse": "N s",
+    "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W", "id": "A", "iq": "A", "gap": "m",
+    "slip": "m/s", "friction": "N", "rolling": "N m", "drilling": "N m", "mode": "", "hits": "", "impulse": "N s",
     "tension": "N", "length": "m", "heat": "W", "flux": "Wb", "flow": "m^3/s", "mx": "N m", "my": "N m", "mz": "N m",
 }  # fmt: skip
 

@@ -7,18 +7,16 @@ from __future__ import annotations
 
 from . import pairs, supports, touch
 from .base import Card
-from .laws import disc
 from .meeting import meetings, separation
-from .touch import Rigid, Touch, Touching
+from .resisting import Turning, turning
+from .supports import Meeting
+from .touch import Rigid, Touch
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import Probes, Scalar, Scene
-    from .laws import Edge
+    from .base import Probes, Scene
     from .meeting import Part
     from .shapes import Shape
 
@@ -27,7 +25,7 @@ SOLIDS = (
 )
 
 
-class Between(Touching, Card):
+class Between(Turning, Card):
     """The spec is that of CONTACT (contact.py), whose rules between k=, c=, e=, mu= hold."""
 
     k: float | None
@@ -56,7 +54,7 @@ class Between(Touching, Card):
         return found
 
     def prepare(self, s: Scene) -> None:
-        self.touches, self.corners, self.slips = [], [], []
+        self.set_gaps(s, [], "N")
         pairs = self.pairs(s)
         what = f"CONTACT {self.name}"
         if not pairs:
@@ -69,8 +67,10 @@ class Between(Touching, Card):
             elif not self._takes(s, a[2], b[2], what):
                 return
             else:
-                for meeting in meetings(s, a, b):
-                    self._touch(s, meeting.label, meeting.gap, [meeting.slip], meeting.edge)
+                turns = turning(s.frame(a[1]).omega, s.frame(b[1]).omega, [], (0.0, 0.0, 0.0))
+                flat = [Meeting(one.label, one.gap, [one.slip], turns, one.edge) for one in meetings(s, a, b)]
+                self._touch(s, a, b, flat)
+        self.tell_idle(s, self.turns)
 
     def _in_space(self, s: Scene, a: Part, b: Part, what: str) -> None:
         if wrong := self._refused(a, b):
@@ -80,8 +80,7 @@ class Between(Touching, Card):
         assert a[2].solid is not None and b[2].solid is not None
         one, other = (*a[:2], a[2].solid), (*b[:2], b[2].solid)
         found = supports if one[2].normal or other[2].normal else pairs
-        for meeting in found.meetings(s, one, other):
-            self._touch(s, meeting.label, s.b.const(0.0) + meeting.gap, meeting.slips, meeting.edge)
+        self._touch(s, a, b, found.meetings(s, one, other))
 
     def _refused(self, a: Part, b: Part) -> tuple[str, str] | None:
         """Why no two such shapes touch in space, and what does."""
@@ -136,32 +135,29 @@ class Between(Touching, Card):
                 return False
         return True
 
-    def _touch(
-        self, s: Scene, label: str, gap: Expr, slips: Sequence[Scalar], edge: Edge | None = None
-    ) -> None:
-        mu, mus = self.mu, self.mu if self.mus is None else self.mus
-        place: Rigid | Touch
-        if self.k is None:
-            place = Rigid(gap, self.e, "N", edge)
-            self.corners.append((1.0, place))
-        else:
-            place = Touch(s, f"{self.name} {label}", gap, self.k, self.c, self.e, self.n)
-            self.touches.append((1.0, place))
-        if mu or mus:
-            for slip in slips:
-                self.set_one_slip(slip, place, mu, mus)
-            if len(slips) == 2:
-                disc(*self.slips[-2:])
+    def _touch(self, s: Scene, a: Part, b: Part, meetings: list[Meeting]) -> None:
+        self.check_places(s, a, b, len(meetings))
+        for meeting in meetings:
+            gap = s.b.const(0.0) + meeting.gap
+            place: Rigid | Touch
+            if self.k is None:
+                place = Rigid(gap, self.e, "N", meeting.edge)
+                self.corners.append((1.0, place))
+            else:
+                place = Touch(s, f"{self.name} {meeting.label}", gap, self.k, self.c, self.e, self.n)
+                self.touches.append((1.0, place))
+            self.set_slips(meeting.slips, place, self.mu, self.mus)
+            self.set_turns(meeting.turns, place)
 
     def probes(self, s: Scene) -> Probes:
-        found = self.touch_probes(s, "force")
+        found = {**self.touch_probes(s, "force"), **self.turn_probes(s)}
         gaps = [s.b.const(0.0) + place.gap for _, place in self.places]
         least = gaps[0]
         for gap in gaps[1:]:
             least = s.b.select(s.b.call("notless", gap, least), least, gap)
         found["gap"] = least
         found["mode"] = sum((place.on for _, place in self.places), s.b.const(0.0))
-        for word in ("slip", "friction"):
+        for word in ("slip", "friction", "rolling", "drilling"):
             if len(self.places) > 1:
                 found.pop(word, None)
         return found

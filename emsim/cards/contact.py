@@ -2,7 +2,8 @@
 
 Where they meet stands in round.py, what happens there in touch.py. `force` is what the parts press on each other with. With mu=
 they rub: `slip` is the speed of P's part along Q's where they touch, `friction` the force on P's part, along t = n x z: to the
-right on a floor. Where they can slide in two directions both are lengths of vectors.
+right on a floor. Where they can slide in two directions both are lengths of vectors. With rolling= and drilling= they also resist
+turning over each other: `rolling` and `drilling` are those moments on P's part.
 """
 
 from __future__ import annotations
@@ -10,8 +11,8 @@ from __future__ import annotations
 from . import touch
 from .base import Spec
 from .between import Between
+from .resisting import TURNING, Turning, of_round
 from .round import SHAPE, Round
-from .touch import Touching
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -20,22 +21,23 @@ if TYPE_CHECKING:
     from .base import Card, Pen, Probes, Scene
 
 
-class Contact(Touching, Round):
+class Contact(Turning, Round):
     spec = Spec(
         "CONTACT",
-        "CONTACT name P Q line=(nx,ny) (or rq=) [r= [axis=]] [e=0]   or with k= [c= or e=] [n=1]   [mu= [mus=]]   "
-        "or between shapes: CONTACT name A B (or: all) [e=] [mu= [mus=]] ..",
+        "CONTACT name P Q line=(nx,ny) (or rq=) [r= [axis=]] [e=0]   or with k= [c= or e=] [n=1]   [mu= [mus=]] "
+        "[rolling=] [drilling=]   or between shapes: CONTACT name A B (or: all) [e=] [mu= [mus=]] ..",
         terminals="p:point q:point",
-        mark=("k", "e", "line", "rq", "mu"),
+        mark=("k", "e", "line", "rq", "mu", "rolling", "drilling"),
         meaning="contact of a point or round part with a line or another round part",
         laws={
             "q": "gap >= 0; after an impact e times the speed before it",
             "V": "with k=: k d^(n+1)/(n+1), d how deep they are in each other",
-            "P": "c d'^2, or that which gives back e times the speed; mu N |slip|",
+            "P": "c d'^2, or that which gives back e times the speed; mu N |slip|, rolling N |turning|",
         },
         **SHAPE,
         **touch.LAW,
         **touch.FRICTION,
+        **TURNING,
     )
     k: float | None
     c: float
@@ -57,26 +59,22 @@ class Contact(Touching, Round):
 
     def prepare(self, s: Scene) -> None:
         self.set_gaps(s, [(1.0, self.name, s.b.const(0.0) + self.meet(s))], "N")
-        if not (self.mu or self.mus):
-            return
-        if slips := self.slipping(s):
-            self.set_slip(slips, self.mu, self.mus)
-        else:
-            said = f"mu= of CONTACT {self.name} has no effect: its parts cannot slide along each other"
-            s.sink.note("N233", said, self.place("mu"))
+        place = self.places[0][1]
+        if self.mu or self.mus:
+            self.set_slips(self.slipping(s), place, self.mu, self.mus)
+        if self.rolling or self.drilling:
+            self.set_turns(of_round(self, s), place)
+        self.tell_idle(s, {"mu": self.slips, **self.turns})
 
     def probes(self, s: Scene) -> Probes:
-        return self.touch_probes(s, "force")
+        return {**self.touch_probes(s, "force"), **self.turn_probes(s)}
 
     def glyph(self, draw: Pen) -> None:
         found = self.probes(draw.m)
         effort, mode = found["force"], found["mode"] if self.slips else 0.0
         assert not callable(effort) and not callable(mode)
-        channels = (
-            draw.channel(f"force({self.name})", "N", effort),
-            draw.channel(f"mode({self.name})", "", mode),
-        )
-        self.sketch(draw, *channels)
+        presses = draw.channel(f"force({self.name})", "N", effort)
+        self.sketch(draw, presses, draw.channel(f"mode({self.name})", "", mode))
 
 
 class Shapes(Between):

@@ -89,8 +89,8 @@ class Relay(Law):
 class Slip(Relay):
     """Friction where a corner presses; the corner comes before it."""
 
-    def __init__(self, flow: Scalar, corner: Corner, mu: float, mus: float) -> None:
-        super().__init__(flow, 0.0, 0.0, "N")
+    def __init__(self, flow: Scalar, corner: Corner, mu: float, mus: float, unit: str) -> None:
+        super().__init__(flow, 0.0, 0.0, unit)
         self.normal = corner, mu, mus
 
 

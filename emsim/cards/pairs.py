@@ -17,6 +17,7 @@ from itertools import product
 
 from .kinematics import add, cross, dot, perpendicular, scale, subtract
 from .laws import Edge
+from .resisting import turning
 from .supports import AWAY, Meeting, along, held_number, within
 
 TYPE_CHECKING = False
@@ -107,8 +108,9 @@ def _meeting(
     a: Block, b: Block, label: str, gap: Expr, normal: Way, place: Way, edge: Edge | None
 ) -> Meeting:
     """`place`: where A's part is touched."""
-    slips = along(_across(a.s, normal), a.frame, b.frame, place, (0.0, 0.0, 0.0))
-    return Meeting(label, gap, slips, edge)
+    ways = _across(a.s, normal)
+    slips = along(ways, a.frame, b.frame, place, (0.0, 0.0, 0.0))
+    return Meeting(label, gap, slips, turning(a.frame.omega, b.frame.omega, ways, normal), edge)
 
 
 def _across(s: Scene, normal: Way) -> list[Way]:

@@ -107,14 +107,21 @@ class Round(Card):
         turns = cross(s.body_of(self, "p").omega, arm), cross(s.body_of(self, "q").omega, add(away, arm))
         slip = subtract(add(self.p.vel, turns[0]), add(self.q.vel, turns[1]))
         axis = next((k for k in (2, 1, 0) if is_zero(slip[k]) and is_zero(normal[k])), None)
-        ways: Sequence[Sequence[Scalar]]
         if axis is not None:
-            ways = [cross(normal, [float(k == axis) for k in range(3)])]
-        elif self.line is not None:
-            ways = [s.body_of(self, "q").direction(way) for way in perpendicular(unit(self.line))]
-        else:
-            ways = _across(s, normal)
-        return [along for way in ways if not is_zero(along := dot(slip, way))]
+            return nonzero(slip, [cross(normal, [float(k == axis) for k in range(3)])])
+        return nonzero(slip, self.ways(s))
+
+    def ways(self, s: Scene) -> Sequence[Sequence[Scalar]]:
+        """Two directions at right angles, across the normal."""
+        if self.line is not None:
+            return [s.body_of(self, "q").direction(way) for way in perpendicular(unit(self.line))]
+        # x and z turned as y is turned to the normal, the shortest way
+        normal, beside = self.normal, 1.0 / (self.normal[1] + (1.0 + NOTHING))
+        found: list[Sequence[Scalar]] = []
+        for axis in (0, 2):
+            far = normal[axis] * beside
+            found.append([float(k == axis) - far * (normal[k] + float(k == 1)) for k in range(3)])
+        return found
 
     def sketch(self, draw: Pen, effort: str | float = 0.0, mode: str | float = 0.0) -> None:
         disc = list(unit(self.axis)) if self.axis is not None and any(self.axis) else None
@@ -138,11 +145,6 @@ def unit(vector: Sequence[float]) -> tuple[float, ...]:
     return tuple(c / size for c in (*vector, 0.0)[:3])
 
 
-def _across(s: Scene, normal: Sequence[Scalar]) -> list[Sequence[Scalar]]:
-    """Two directions at right angles to a normal that goes anywhere: x and z turned as y is turned to it, the shortest way."""
-    beside = 1.0 / (normal[1] + (1.0 + NOTHING))
-    found: list[Sequence[Scalar]] = []
-    for axis in (0, 2):
-        far = normal[axis] * beside
-        found.append([float(k == axis) - far * (normal[k] + float(k == 1)) for k in range(3)])
-    return found
+def nonzero(velocity: Sequence[Scalar], ways: Sequence[Sequence[Scalar]]) -> list[Scalar]:
+    """Its parts along the ways, without those that are none."""
+    return [part for way in ways if not is_zero(part := dot(velocity, way))]

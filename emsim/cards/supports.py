@@ -13,9 +13,10 @@ from __future__ import annotations
 
 from math import cos, pi, sin
 
-from .kinematics import add, cross, dot, is_zero, perpendicular, scale, subtract
+from .kinematics import add, cross, dot, perpendicular, scale, subtract
 from .laws import Edge
-from .round import NOTHING
+from .resisting import turning
+from .round import NOTHING, nonzero
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from .base import BodyView, Scalar, Scene
+    from .resisting import Turns
     from .solids import Solid, Vector
 
     Part = tuple[str, str, Solid]
@@ -36,12 +38,19 @@ AWAY = 1e30  # [m] a gap of what cannot touch
 
 class Meeting:
     """One place of touch: gap [m] and slips [m/s] of A's part along B's, in two directions at right angles, or one; where it is
-    held."""
+    held. `turns`: how A's part turns over B's across the normal, in these directions, and about it [rad/s]."""
 
-    __slots__ = ("edge", "gap", "label", "slips")
+    __slots__ = ("edge", "gap", "label", "slips", "turns")
 
-    def __init__(self, label: str, gap: Scalar, slips: list[Scalar], edge: Edge | None = None) -> None:
-        self.label, self.gap, self.slips, self.edge = label, gap, slips, edge
+    def __init__(
+        self,
+        label: str,
+        gap: Scalar,
+        slips: list[Scalar],
+        turns: Turns,
+        edge: Edge | None = None,
+    ) -> None:
+        self.label, self.gap, self.slips, self.turns, self.edge = label, gap, slips, turns, edge
 
 
 class Plane:
@@ -86,8 +95,9 @@ def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
             at = frame.point(p).pos
             places.append((f"{name} {k}", at, fall, plane.above(at) - solid.radius, None))
     other = a[0] if flipped else b[0]
+    turns = turning(frame.omega, plane.frame.omega, plane.ways, plane.normal)
     return [
-        Meeting(f"{label} {other}", gap, along(plane.ways, frame, plane.frame, centre, arm), edge)
+        Meeting(f"{label} {other}", gap, along(plane.ways, frame, plane.frame, centre, arm), turns, edge)
         for label, centre, arm, gap, edge in places
     ]
 
@@ -101,8 +111,7 @@ def along(
 ) -> list[Scalar]:
     """The parts along `ways` of A's velocity over that of B, at a place of A that is `arm` from `centre`."""
     place = add(centre, arm)
-    slip = subtract(_velocity(a, place), _velocity(b, place))
-    return [part for way in ways if not is_zero(part := dot(slip, way))]
+    return nonzero(subtract(_velocity(a, place), _velocity(b, place)), ways)
 
 
 def _velocity(frame: BodyView, place: Sequence[Scalar]) -> Sequence[Scalar]:

@@ -14,6 +14,7 @@ rigid parts also in the instant of an impact.
 
 from __future__ import annotations
 
+from itertools import chain
 from math import log1p
 
 from .base import Default
@@ -160,40 +161,30 @@ class Touching:
     touches: list[tuple[float, Touch]]
     corners: list[tuple[float, Rigid]]
     slips: list[Relay]
+    turns: dict[str, list[Relay]]  # resisting.py
 
     def set_gaps(self, s: Scene, gaps: list[tuple[float, str, Scalar]], unit: str) -> None:
         """(sign, name, gap) of every place of touch; `unit` of its force. The law's parameters are attributes of the card."""
         k, c, e, n = (getattr(self, key) for key in LAW)
         self.touches, self.corners, self.slips = [], [], []
+        self.turns = {"rolling": [], "drilling": []}
         for sign, name, gap in gaps:
             if k is None:
                 self.corners.append((sign, Rigid(gap, e, unit)))
             else:
                 self.touches.append((sign, Touch(s, name, gap, k, c, e, n)))
 
-    def set_slip(self, slips: list[Scalar], mu: float, mus: float | None) -> None:
-        """Speed of the parts along each other at the one place of touch, in one direction or two at right angles [m/s], and
-        coefficients of friction."""
-        mus = mu if mus is None else mus
-        for slip in slips:
-            for _, place in self.places:
-                self.set_one_slip(slip, place, mu, mus)
-        if len(slips) == 2:
-            disc(*self.slips)
-
-    def set_one_slip(self, slip: Scalar, place: Touch | Rigid, mu: float, mus: float) -> None:
-        """The same in one direction, at this place of touch."""
-        if isinstance(place, Rigid):
-            self.slips.append(Slip(slip, place.law, mu, mus))
-        else:
-            self.slips.append(Relay(slip, mu * place.force, mus * place.force, "N", place.on))
+    def set_slips(self, slips: list[Scalar], place: Touch | Rigid, mu: float, mus: float | None) -> None:
+        """Speed [m/s] of the parts along each other at a place of touch, in one direction or two at right angles."""
+        if mu or mus:
+            self.slips += rubbing(slips, place, mu, mu if mus is None else mus, "N")
 
     @property
     def places(self) -> list[tuple[float, Touch | Rigid]]:
         return [*self.touches, *self.corners]
 
     def laws(self, s: Scene) -> list[Law]:
-        return [*(corner.law for _, corner in self.corners), *self.slips]
+        return [*(corner.law for _, corner in self.corners), *self.slips, *chain(*self.turns.values())]
 
     def taken(self, s: Scene) -> Scalar | None:
         """Kinetic energy that impacts have taken so far [J]."""
@@ -208,9 +199,10 @@ class Touching:
         return [(touch.damped, touch.rate) for _, touch in self.touches if touch.damped.value != 0.0]
 
     def losses(self, s: Scene) -> Scalar | None:
-        if not self.touches and not self.slips:
+        rubs = [*self.slips, *chain(*self.turns.values())]
+        if not self.touches and not rubs:
             return None
-        rubbed = [-(law.effort * law.flow) for law in self.slips if law.flow is not None]
+        rubbed = [-(law.effort * law.flow) for law in rubs if law.flow is not None]
         return _sum(s, [*(-(touch.damped * touch.rate) for _, touch in self.touches), *rubbed])
 
     def touch_probes(self, s: Scene, word: str) -> Probes:
@@ -233,6 +225,15 @@ class Touching:
             found["friction"], found["slip"] = s.b.select(on, efforts[0], 0.0), flows[0]
             found["mode"] = on * s.b.select(law.slides, s.b.select(law.mode, 2.0 * law.mode, 1.0), 1.0)
         return found
+
+
+def rubbing(flows: list[Scalar], place: Touch | Rigid, mu: float, mus: float, unit: str) -> list[Relay]:
+    """Friction at a place of touch against speeds in one direction, or in two at right angles as one law."""
+    if isinstance(place, Rigid):
+        found: list[Relay] = [Slip(flow, place.law, mu, mus, unit) for flow in flows]
+    else:
+        found = [Relay(flow, mu * place.force, mus * place.force, unit, place.on) for flow in flows]
+    return disc(*found) if len(found) == 2 else found
 
 
 def _sum(s: Scene, terms: list[Expr]) -> Expr:

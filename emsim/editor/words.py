@@ -50,6 +50,8 @@ PROBES = {
     "p": ("p(coupling)", "W", "electrical power taken"),
     "gap": ("gap(card)", "m", "distance of a STOP or CONTACT, the smaller one of two ends"),
     "slip": ("slip(card)", "m/s", "speed of what rubs: a FRICTION, a CONTACT with mu="),
+    "rolling": ("rolling(contact)", "N m", "moment on P's part against rolling on Q's, of a CONTACT with rolling="),
+    "drilling": ("drilling(contact)", "N m", "moment on P's part against turning about the normal, of a CONTACT with drilling="),
     "friction": ("friction(contact)", "N", "force on P's part along Q's, of a CONTACT with mu="),
     "mode": ("mode(card)", "", "FRICTION: 0 sticks, -1 1 slides; STOP: -1 1 at an end; CONTACT: 1 closed, -2 2 slides"),
     "hits": ("hits(card)", "", "how often the parts of a STOP or CONTACT have met"),
@@ -75,7 +77,7 @@ READS = {
     **dict.fromkeys(("angle", "omega", "alpha"), ("joint", "body")),
     **dict.fromkeys(("pos", "vel", "acc", "fx", "fy", "fz", "mx", "my", "mz"), ("joint",)),
     **dict.fromkeys(("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"), ("point", "body")),
-    **dict.fromkeys(("force", "torque", "id", "iq", "p", "gap", "slip", "friction"), ("card",)),
+    **dict.fromkeys(("force", "torque", "id", "iq", "p", "gap", "slip", "friction", "rolling", "drilling"), ("card",)),
     **dict.fromkeys(("mode", "hits", "impulse", "power", "tension", "length", "heat", "flux", "flow"), ("card",)),
     "ke": ("body",), "v": ("node", "card"), "i": ("element", "card"),
 }  # fmt: skip

@@ -30,7 +30,7 @@ FILE = 600  # lines of a file
 # rooms of abilities that grow while the rest gets simpler: pages that compute, the playground, sweeps, runs led from Python,
 # cards of rolling, of tyres and of relations among joints, robots, schematics, FMUs of others and for their solvers, gradients,
 # environments, models that are added, shapes in space, domains beside circuit and mechanism, bodies that bend, loops that end by
-# voltages, power grids. Counted apart
+# voltages, power grids, friction against rolling. Counted apart
 APART = (
     "emsim/assemble/hands.py", "emsim/cards/knife.py", "emsim/cards/ratio.py", "emsim/cards/roll.py",
     "emsim/engine/src/packed/", "emsim/engine/src/page.rs", "emsim/engine/src/py/instance.rs", "emsim/fmus/page.py",
@@ -41,7 +41,7 @@ APART = (
     "emsim/build_unit.py", "emsim/environments/", "emsim/gradients/", "emsim/differentiable.py", "emsim/jax.py", "emsim/torch.py",
     "emsim/elements/added.py", "emsim/elements/public.py", "emsim/cli/models.py", "emsim/cards/hulls.py", "emsim/cards/pairs.py",
     "emsim/cards/solids.py", "emsim/cards/supports.py", "emsim/outputs/glyphs/body.py", "emsim/engine/dae/src/tangent/",
-    "emsim/assemble/domains.py", "emsim/cards/domains/",
+    "emsim/assemble/domains.py", "emsim/cards/domains/", "emsim/cards/resisting.py",
     "emsim/engine/integrate/src/driver/outside.rs", "emsim/engine/integrate/src/session/exchange.rs",
     "emsim/cards/beam.py", "emsim/cards/rod.py", "emsim/cards/mode.py", "emsim/cards/flange.py",
     "emsim/engine/expr/src/repeat.rs", "emsim/engine/expr/src/graph/called.rs", "emsim/engine/expr/src/tape/native/loops.rs",

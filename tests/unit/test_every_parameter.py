@@ -714,6 +714,8 @@ MACHINES = {
             for key, a, b in (("k", 1, 2), ("c", 0.1, 0.2), ("e", 0.1, 0.2), ("n", 1, 2))
         },
         "mu": (ARM + "CONTACT t arm(1,0) 0(0,1) k=1 rq=2 @\n", "mu=0.2", "mu=0.3"),
+        "rolling": (ARM + "CONTACT t arm(1,0) 0(0,1) k=1 rq=2 @\n", "rolling=0.2", "rolling=0.3"),
+        "drilling": (COIN + "CONTACT t coin 0 line=(0,0,1) k=1k r=0.1 @\n", "drilling=0.2", "drilling=0.3"),
     },
     "SHAPE": {
         "at": (DISC + "SHAPE f 0 box(1,0.1) @\nCONTACT c b f k=1\n", "at=(0,-0.15)", "at=(0,-0.2)"),
