@@ -22,6 +22,7 @@ from math import cos, isfinite, pi, sin, tanh
 from ..deck import MachineCard, Ref
 from ..opened import OpenNumber
 from .base import Card, Default, Required, Spec, is_number
+from .body import start
 from .kinematics import cross, dot, scale, subtract
 from .rod import Rod, sinc
 
@@ -73,20 +74,7 @@ class Beam(Card):
         gj=Default(None, "N m^2", "stiffness in twisting, in space", above=0.0),
         d=Default(0.0, "s", "damping: stress is E (eps + d eps')", least=0.0),
         noisy=Default(False, "", "its thermal noise counts in .noise", "flag"),
-        x=Default(0.0, "m", "start position of name.a, free beams"),
-        y=Default(0.0, "m", "start position of name.a, free beams"),
-        angle=Default(0.0, "rad", "start orientation, free beams"),
-        vx=Default(0.0, "m/s", "start velocity of name.a, free beams"),
-        vy=Default(0.0, "m/s", "start velocity of name.a, free beams"),
-        omega=Default(
-            (0.0,),
-            "rad/s",
-            "start angular velocity, free beams; in space (wx,wy,wz) in its own axes",
-            "vector",
-        ),
-        z=Default(0.0, "m", "start position of name.a, free beams in space"),
-        rot=Default(None, "rad", "start orientation in space: a rotation vector, axis times angle", "vector"),
-        vz=Default(0.0, "m/s", "start velocity of name.a, free beams in space"),
+        **start("name.a", "beams"),
     )
     l: float  # noqa: E741
     n: float

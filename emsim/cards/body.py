@@ -22,7 +22,21 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..diagnostics import Sink
-    from .base import Net, Pen, Scalar, Scene
+    from .base import Net, Param, Pen, Scalar, Scene
+
+
+def start(origin: str, of: str) -> dict[str, Param]:
+    """Parameters of where something free is, and how it moves, when a run begins."""
+    where, how = f"start position of {origin}, free {of}", f"start velocity of {origin}, free {of}"
+    turns = f"start angular velocity, free {of}; in space (wx,wy,wz) in its own axes"
+    return {
+        "x": Default(0.0, "m", where), "y": Default(0.0, "m", where),
+        "angle": Default(0.0, "rad", f"start orientation, free {of}"),
+        "vx": Default(0.0, "m/s", how), "vy": Default(0.0, "m/s", how), "omega": Default((0.0,), "rad/s", turns, "vector"),
+        "z": Default(0.0, "m", f"{where} in space"),
+        "rot": Default(None, "rad", "start orientation in space: a rotation vector, axis times angle", "vector"),
+        "vz": Default(0.0, "m/s", f"{how} in space"),
+    }  # fmt: skip
 
 
 class Body(Card):
@@ -53,20 +67,7 @@ class Body(Card):
         ),
         look=Default(None, "", f"its picture alone: {looks.FORM}", "shape"),
         fixed=Default(False, "", "fixed to the ground at x, y, angle", "flag"),
-        x=Default(0.0, "m", "start position of the origin, free bodies"),
-        y=Default(0.0, "m", "start position of the origin, free bodies"),
-        angle=Default(0.0, "rad", "start orientation, free bodies"),
-        vx=Default(0.0, "m/s", "start velocity of the origin, free bodies"),
-        vy=Default(0.0, "m/s", "start velocity of the origin, free bodies"),
-        omega=Default(
-            (0.0,),
-            "rad/s",
-            "start angular velocity, free bodies; in space (wx,wy,wz) in its own axes",
-            "vector",
-        ),
-        z=Default(0.0, "m", "start position of the origin, free bodies in space"),
-        rot=Default(None, "rad", "start orientation in space: a rotation vector, axis times angle", "vector"),
-        vz=Default(0.0, "m/s", "start velocity of the origin, free bodies in space"),
+        **start("the origin", "bodies"),
     )
     m: float
     j: tuple[float, ...] | None
