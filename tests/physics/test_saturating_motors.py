@@ -120,6 +120,7 @@ MESSAGES = [
     ("MOTOR m n 0 h kt={torque(m)} r=1", "E255", "torque(m)"),
     ("MOTOR m n 0 h vnom=9 n0=1 i0=1 istall=5 kt={1+time}", "E231", "express"),
     ("MOTOR m n 0 0 h model=k\n.model k bldc p=2 ke=1 l=1 isat=3", "E231", "isat="),
+    ("MOTOR m n 0 n 0 h model=k\n.model k stepper nr=50 km=1 l=1m isat=3 tcm=-1m", "E231", "isat= and tcm="),
 ]  # fmt: skip
 
 

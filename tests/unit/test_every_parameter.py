@@ -804,7 +804,7 @@ WARMTH = ("tc1", "tcm", "tref")
 SHAFT = {"j": 0.1, "b": 0.2, "tc": 0.3, "gear": 2}
 INSTEAD = {
     "pmsm ke": "psi", "bldc kt": "ke", "bldc rtt": "r", "bldc ltt": "l", "stepper step": "nr", "stepper hold": "km",
-    "stepper inom": "km",
+    "stepper inom": "km", "stepper tcm": "isat",
 }  # fmt: skip
 
 

@@ -122,7 +122,7 @@ class Hydraulic(Card):
             return
         self.form = given[0]
         moves = self.terminals[-1][0] == "joint"
-        if self.bulk is not None and len(self.terminals) == 3:
+        if self.form == "vol" and self.bulk is not None and len(self.terminals) == 3:
             said = f"{what} with bulk= is between one node and the surroundings"
             sink.error("E233", said, self.place("bulk"), self.spec.form)
         for key, forms in OF_FORM.items():

@@ -78,6 +78,9 @@ class Stepper(Windings):
             self.km = 1.0
         elif self.hold is not None and self.inom is not None:
             self.km = self.hold / (sqrt(2.0) * self.inom)
+        if self.isat is not None and self.tcm:
+            said = f"MOTOR {self.name} has isat= and tcm=: its iron is saturated by magnets of one strength"
+            s.sink.error("E231", said, self.span, "leave one of them out")
         self._ask(s)
 
     def phases(self) -> list[Phase]:
@@ -86,14 +89,11 @@ class Stepper(Windings):
     def coenergy_of(self, s: Scene, i: list[Expr], phases: list[Expr], th: Expr) -> Expr:
         c, d = s.b.call("cos", self.nr * th), s.b.call("sin", self.nr * th)
         if self.isat is None:
-            own = (0.5 * self.l) * (i[0] * i[0] + i[1] * i[1])
-            return own + (self.km / self.nr) * (i[0] * c + i[1] * d)
+            return (0.5 * self.l) * (i[0] * i[0] + i[1] * i[1]) + (self.km / self.nr) * (i[0] * c + i[1] * d)
         magnets = self.km / (self.nr * self.l)  # as a current of the phase [A]
         one, other = i[0] + magnets * c, i[1] + magnets * d
         both = saturates(s, one * one, self.isat) + saturates(s, other * other, self.isat)
         return s.b.const(0.0) + self.l * both
 
     def cogging(self, s: Scene, th: Expr) -> Scalar | None:
-        if not self.td:
-            return None
-        return (-self.td / (4.0 * self.nr)) * s.b.call("cos", (4.0 * self.nr) * th)
+        return (-self.td / (4.0 * self.nr)) * s.b.call("cos", (4.0 * self.nr) * th) if self.td else None
