@@ -1,7 +1,8 @@
 //! Which modes follow an event: which laws are in question, what has died, and what a step a little later says.
 use super::lcp::{self, Bounds, Solution};
 use super::{faces, law_at, put_relay, shown, towards, with, Event, Look, Modes, Point, AGREE, LATE, LOADS, TOUCHES};
-use crate::model::{Form, LawSpec, NOTHING};
+use crate::model::{Form, LawSpec};
+use crate::rounding::SAME;
 use crate::system::{Reading, System, Work};
 
 /// The laws in question.
@@ -318,7 +319,7 @@ fn bounded(
         for (i, &k) in asked.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Relay) {
             let pair = bounds.pair[i];
             let (w, across) = (solution.w[i], pair.map_or(0.0, |j| solution.w[j]));
-            let (speed, least) = (w.hypot(across), NOTHING * pair.map_or(size(i), |j| size(i).max(size(j))));
+            let (speed, least) = (w.hypot(across), SAME * pair.map_or(size(i), |j| size(i).max(size(j))));
             if goes[i].is_none() && speed > least && solution.bound[i] {
                 (goes[i], more) = (Some(w / speed), true);
                 // with two directions it goes the way of its flow, at the edge of what it slides with

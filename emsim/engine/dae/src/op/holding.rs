@@ -9,8 +9,9 @@
 //! A row of speeds, a(q) u = 0, of what rolls or cuts, has the row  a d = 0  there: it has come where it could come so.
 //! Friction with two directions holds up to |f| = F, and slides with f = -F d/|d|.
 use super::{rest::way, Dc};
-use crate::model::{Form, Kind, LawSpec, NOTHING};
+use crate::model::{Form, Kind, LawSpec};
 use crate::newton::{Failure, Tolerances};
+use crate::rounding::SAME;
 use crate::system::{Reading, System, Work};
 
 /// Rounds until modes agree, before they are changed one by one, and in all.
@@ -168,7 +169,7 @@ impl Holding {
             if law.form == Form::Relay {
                 let [slides, side] = [law.slides(), law.side()].map(|flag| w.flags[flag]);
                 let most = self.bound(k, &at);
-                if slides == 0.0 && f.abs() > most * (1.0 + NOTHING) + small {
+                if slides == 0.0 && f.abs() > most * (1.0 + SAME) + small {
                     put_relay(sys, w, k, [1.0, -f.signum(), -f.signum()]);
                     turned = true;
                 } else if slides != 0.0 && way * side < -least {
@@ -206,7 +207,7 @@ impl Holding {
             [laws.map(LawSpec::slides), laws.map(LawSpec::side)].map(|flags| flags.map(|flag| w.flags[flag]));
         let (effort, length) = (efforts[0].hypot(efforts[1]), ways[0].hypot(ways[1]));
         let to = if slides == [0.0, 0.0] {
-            if effort <= self.bound(both[0], at) * (1.0 + NOTHING) + small {
+            if effort <= self.bound(both[0], at) * (1.0 + SAME) + small {
                 return false;
             }
             efforts.map(|f| -f / effort)
@@ -219,7 +220,7 @@ impl Holding {
                 return false;
             }
             let to = ways.map(|way| way / length);
-            if (to[0] - shares[0]).hypot(to[1] - shares[1]) <= NOTHING {
+            if (to[0] - shares[0]).hypot(to[1] - shares[1]) <= SAME {
                 return false;
             }
             to
