@@ -104,16 +104,16 @@ def separation(s: Scene, a: Part, b: Part) -> Expr:
     return _apart(one, other, across)
 
 
-def _meeting(
+def meeting(
     a: Block, b: Block, label: str, gap: Expr, normal: Way, place: Way, edge: Edge | None
 ) -> Meeting:
     """`place`: where A's part is touched."""
-    ways = _across(a.s, normal)
+    ways = across(a.s, normal)
     slips = along(ways, a.frame, b.frame, place, (0.0, 0.0, 0.0))
     return Meeting(label, gap, slips, turning(a.frame.omega, b.frame.omega, ways, normal), edge)
 
 
-def _across(s: Scene, normal: Way) -> list[Way]:
+def across(s: Scene, normal: Way) -> list[Way]:
     """Two directions at right angles to a normal: those across POLE, turned as that is to the normal, the shortest way."""
     beside = 1.0 / (s.b.const(1.0) + dot(normal, POLE))
     found: list[Way] = []
@@ -141,7 +141,7 @@ def _near(a: Block, b: Block, k: int, inside: bool) -> Meeting:
     gap, edge = distance - (a.radius + b.radius), None
     if past is not None:
         gap, edge = within(s, label, gap, past)
-    return _meeting(a, b, label, gap, normal, add(p, scale(-a.radius, normal)), edge)
+    return meeting(a, b, label, gap, normal, add(p, scale(-a.radius, normal)), edge)
 
 
 def _not_less(s: Scene, one: Scalar, other: Scalar) -> Expr:
@@ -188,7 +188,7 @@ def _on_face(a: Block, b: Block, k: int) -> Meeting:
     normal: Way = (0.0, 0.0, 0.0)
     for part, (way, _) in zip(sides, b.ways, strict=True):
         normal = add(normal, scale(part, way))
-    return _meeting(a, b, label, gap, normal, p, edge)
+    return meeting(a, b, label, gap, normal, p, edge)
 
 
 class Crossing:
@@ -242,7 +242,7 @@ def _round(crossing: Crossing, q: Way, label: str) -> Meeting:
     side = s.b.select(s.b.call("notless", signed, 0.0), 1.0, -1.0)
     normal = scale(side, crossing.normal)
     gap, edge = within(s, label, side * signed - (a.radius + b.radius), past)
-    return _meeting(a, b, label, gap, normal, add(place, scale(-a.radius, normal)), edge)
+    return meeting(a, b, label, gap, normal, add(place, scale(-a.radius, normal)), edge)
 
 
 def _sharp(crossing: Crossing, apart: Expr, first: int, second: int) -> Meeting:
@@ -272,7 +272,7 @@ def _sharp(crossing: Crossing, apart: Expr, first: int, second: int) -> Meeting:
     stays = s.b.select(s.b.call("notless", 0.0, past), held, 0.0)
     can = s.b.select(held, stays, opens)
     shown = s.b.select(held, gap, s.b.select(can, gap, AWAY))
-    return _meeting(a, b, label, shown, normal, place, Edge(held, can, past))
+    return meeting(a, b, label, shown, normal, place, Edge(held, can, past))
 
 
 def _outer(block: Block, along_axis: int, n: Way, toward: Expr, flipped: int) -> list[Expr]:
