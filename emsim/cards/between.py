@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from . import against, supports, touch
+from . import pairs, supports, touch
 from .base import Card
 from .meeting import meetings, separation
 from .resisting import Turning, turning
@@ -79,7 +79,7 @@ class Between(Turning, Card):
             return
         assert a[2].solid is not None and b[2].solid is not None
         one, other = (*a[:2], a[2].solid), (*b[:2], b[2].solid)
-        found = supports if one[2].normal or other[2].normal else against
+        found = supports if one[2].normal or other[2].normal else pairs
         self._touch(s, a, b, found.meetings(s, one, other))
 
     def _refused(self, a: Part, b: Part) -> tuple[str, str] | None:
@@ -95,12 +95,12 @@ class Between(Turning, Card):
             return f"{named} bound half-spaces, which are in each other", "leave one of them out"
         if one.normal or other.normal:
             return None
-        if not against.known(one, other):
+        if not pairs.known(one, other):
             name, solid = next((part[0], x) for part, x in ((a, one), (b, other)) if x.half is None)
             said = f"{named} do not touch each other: {solid.kind}(..) touches planes alone"
             hint = f"SHAPE {name}2 {name} box(w,h,d), capsule(l,r) or ball(r) in its place; a plane is plane(nx,ny,nz)"
             return said, hint
-        if self.k is not None and "ball" not in (against.kind(one), against.kind(other)):
+        if self.k is not None and "ball" not in (pairs.kind(one), pairs.kind(other)):
             said = f"{named} have no elastic law k=: of corners and edges alone rigid ones have"
             return said, "leave k= out: rigid parts, e= gives back a share"
         return None
@@ -116,8 +116,8 @@ class Between(Turning, Card):
         found: list[Expr] = []
         for a, b in self.pairs(s):
             one, other = a[2].solid, b[2].solid
-            if one and other and not (one.normal or other.normal) and against.known(one, other):
-                found += against.separations(s, (*a[:2], one), (*b[:2], other))
+            if one and other and not (one.normal or other.normal) and pairs.known(one, other):
+                found += pairs.separations(s, (*a[:2], one), (*b[:2], other))
         return found
 
     def _takes(self, s: Scene, a: Shape, b: Shape, what: str) -> bool:

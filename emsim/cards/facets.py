@@ -1,21 +1,19 @@
-"""Where hulls, boxes and capsules meet in space: gaps and slips of CONTACT, where one of the two is a hull.
+"""Where hulls and boxes meet in space: gaps and slips of CONTACT between shapes.
 
     corner p at a flat of the other        gap = n . p - d       the flat that p is furthest beyond, of those that it can press on
     edges p + s a, q + t b                 gap = n . (p - q)     n along a x b
-    end of a capsule                       gap = |p - q| - r     q of nearest.py
-    a capsule's line at edges, at corners  gap = |p - q| - r
-Edges touch where both s and t are within their ends and n is a normal of both: it turns away from the flats beside each. Of one
-edge, which can cross the outline of a flat twice, two at a time touch edges of the other; of a capsule's line too. Which they
-are is asked anew while they are apart, the nearest two, and held while they touch (pairs.py).
+Edges touch where both s and t are within their ends and n is a normal of both: it turns away from the flats beside each. An edge
+can cross the outline of a flat twice: two at a time of the other's touch it. What lies beyond an edge's end cannot touch (AWAY):
+as in the plane (meeting.py) a touch that comes there ends, an event, and what has the other part's corner there takes over.
+Which flat or edges it is, is asked anew while parts are apart, and held while they touch.
 """
 
 from __future__ import annotations
 
-from .hulls import Hull
+from .hulls import Hull, crossed
 from .kinematics import add, cross, dot, scale, subtract
 from .laws import Edge
-from .nearest import Target, View, chosen, largest
-from .pairs import NOTHING, PARALLEL, Block, meeting
+from .nearest import PARALLEL, View, chosen, largest, meeting
 from .supports import AWAY, held_number
 
 TYPE_CHECKING = False
@@ -23,38 +21,42 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from .._engine import Expr
-    from .base import Scene
+    from .base import Scalar, Scene
+    from .hulls import Flat, Vector
     from .solids import Solid
     from .supports import Meeting, Part
 
-    Way = Sequence[Expr]
+    Way = Sequence[Scalar]
 
 LEVEL = 1e-7  # [rad] a normal that leans by less over a flat is one of its edges
 
 
-def facets(solid: Solid) -> Hull | Solid:
-    """Corners, flats and edges of a hull or a box."""
-    return solid if solid.flats else Hull(solid.points())
+def facets(solid: Solid) -> tuple[Sequence[Vector], Sequence[Flat], Sequence[Sequence[int]]]:
+    """Corners, flats and edges of a hull or a box; of a capsule's line its ends and itself."""
+    if solid.half and not all(solid.half):
+        return solid.points(), [], [(0, 1)]
+    found = Hull(solid.points()) if solid.half else solid
+    return found.corners, found.flats, found.edges
 
 
 class Faceted(View):
-    """A hull or a box, seen in the axes of its body."""
+    """A hull or a box, seen in the axes of its body; a capsule's line as one of no flats."""
 
     def __init__(self, s: Scene, part: Part) -> None:
         super().__init__(s, part)
-        found = facets(self.solid)
-        self.places, self.flats = found.corners, found.flats
-        self.corners = [self.frame.point((p[0], p[1], p[2])).pos for p in self.places]
-        self.edges = found.edges
+        self.places, self.flats, self.edges = facets(self.solid)
         self.tiny = 1e-9 * self.solid.size
         # of each edge: where it begins, its direction, its length, and the ways into both flats beside it
         self.sides: list[list[float]] = []
-        for a, b, left, right in self.edges:
+        for a, b, *both in self.edges:
             p, q = self.places[a], self.places[b]
             length = sum((v - u) ** 2 for u, v in zip(p, q, strict=True)) ** 0.5
             way = [(v - u) / length for u, v in zip(p, q, strict=True)]
-            into = [cross(self.flats[left][0], way), cross(way, self.flats[right][0])]
-            self.sides.append([*p, *way, length, *into[0], *into[1]])  # type: ignore[list-item]
+            into = [0.0] * 6
+            if both:
+                left, right = (self.flats[k][0] for k in both)
+                into = [*crossed(left, way), *crossed(way, right)]
+            self.sides.append([*p, *way, length, *into])
 
 
 def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
@@ -62,73 +64,12 @@ def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
     one, other = Faceted(s, a), Faceted(s, b)
     if len(one.edges) > len(other.edges):
         one, other = other, one
-    found = [_on_flat(one, other, k) for k in range(len(one.corners))]
-    found += [_on_flat(other, one, k) for k in range(len(other.corners))]
+    found = [_on_flat(one, other, k) for k in range(len(one.places))]
+    found += [_on_flat(other, one, k) for k in range(len(other.places))]
     apart = largest(s, [*_apart(one, other), *_apart(other, one)]) - max(one.tiny, other.tiny)
     for k in range(len(one.edges)):
         found += _crossings(one, other, k, apart)
     return found
-
-
-def of_capsule(s: Scene, a: Part, b: Part) -> list[Meeting]:
-    """All places at which a capsule and a hull can touch: its ends, then what its middle line is nearest to."""
-    one, other, faceted = Block(s, a), Target(s, b), Faceted(s, b)
-    return [*other.ends(one), *_at_corners(one, faceted), *_at_edges(one, faceted)]
-
-
-def _middle(a: Block, b: Faceted) -> Line:
-    (way, half), *_ = a.ways
-    return Line(b, b.local(a.corners[0]), b.turned(way), 2.0 * half)
-
-
-def _at_corners(a: Block, b: Faceted) -> list[Meeting]:
-    """A capsule's line at two corners of B."""
-    s, line, label = a.s, _middle(a, b), f"{a.name} {b.name} corner"
-
-    def off(corner: Sequence[Expr | float]) -> tuple[Way, Expr, Expr]:
-        """From a corner to what of the line is next to it, how far, and how far that is past an end."""
-        away = subtract(line.p, corner)
-        along = -dot(line.u, away)
-        away = add(away, scale(along, line.u))
-        return away, s.b.call("sqrt", s.b.const(NOTHING) + dot(away, away)), largest(s, [-along, along - line.length])
-
-    every = [off(corner) for corner in b.places]
-    scores = [s.b.select(s.b.call("notless", 0.0, past), far, AWAY) for _, far, past in every]
-    found = []
-    for n, (number, edge, can) in enumerate(two_nearest(s, label, line.p[0], scores, [past for *_, past in every]), 1):
-        corner = chosen(s, number, b.places)
-        away, far, _ = off(corner)
-        normal = b.world(scale(1.0 / far, away))
-        place = add(b.placed(add(corner, away)), scale(-a.radius, normal))
-        found.append(meeting(a, b, f"{label} {n}", s.b.select(can, far - a.radius, AWAY), normal, place, edge))
-    return found
-
-
-def _at_edges(a: Block, b: Faceted) -> list[Meeting]:
-    """A capsule's line at two edges of B."""
-    s, line, label = a.s, _middle(a, b), f"{a.name} {b.name} edge"
-    every = [line.at(side) for side in b.sides]
-    scores = [s.b.select(s.b.call("notless", 0.0, past), s.b.call("abs", gap), AWAY) for _, gap, past, _ in every]
-    found = []
-    for n, (number, edge, can) in enumerate(two_nearest(s, label, line.p[0], scores, [past for _, _, past, _ in every]), 1):
-        normal, gap, _, first = line.at(chosen(s, number, b.sides))
-        sign = s.b.select(s.b.call("notless", gap, 0.0), 1.0, -1.0)
-        way = b.world(scale(sign, normal))
-        place = add(b.placed(add(line.p, scale(first, line.u))), scale(-a.radius, way))
-        shown = s.b.select(can, sign * gap - a.radius, AWAY)
-        found.append(meeting(a, b, f"{label} {n}", shown, way, place, edge))
-    return found
-
-
-def within_hull(s: Scene, a: Part, b: Part) -> Expr:
-    """How far a capsule's line is beyond a hull, by a plane; below 0 it is in it."""
-    one, other = Block(s, a), Faceted(s, b)
-    line, places = _middle(one, other), [other.local(p) for p in one.corners]
-    found = [-largest(s, [d - dot(n, at) for at in places]) for n, d in other.flats]
-    for side in other.sides:
-        normal, gap, _, _ = line.at(side)
-        found.append(s.b.select(s.b.call("notless", _leans(s, normal, side, []), LEVEL), -AWAY, gap))
-    return largest(s, found)
 
 
 def separation(s: Scene, a: Part, b: Part) -> Expr:
@@ -139,7 +80,7 @@ def separation(s: Scene, a: Part, b: Part) -> Expr:
         line, into = _edge(one, other, k)
         for side in other.sides:
             normal, gap, _, _ = line.at(side)
-            off = s.b.call("notless", _leans(s, normal, side, into), LEVEL)
+            off = s.b.call("notless", leans(s, normal, side, into), LEVEL)
             found.append(s.b.select(off, -AWAY, gap))
     return largest(s, found)
 
@@ -151,7 +92,7 @@ def _edge(a: Faceted, b: Faceted, k: int) -> tuple[Line, list[Way]]:
     return Line(b, b.local(a.placed(side[:3])), u, side[6]), into
 
 
-def _leans(s: Scene, normal: Way, side: Sequence[float | Expr], into: Sequence[Way]) -> Expr:
+def leans(s: Scene, normal: Way, side: Sequence[float | Expr], into: Sequence[Way]) -> Expr:
     """By how much a normal leans over a flat of either, at an edge of B and one of A."""
     zero = s.b.const(0.0)
     beside = [zero + dot(normal, side[7:10]), zero + dot(normal, side[10:13])]
@@ -160,13 +101,13 @@ def _leans(s: Scene, normal: Way, side: Sequence[float | Expr], into: Sequence[W
 
 def _apart(a: Faceted, b: Faceted) -> list[Expr]:
     """How far A is beyond each flat of B."""
-    places = [b.local(p) for p in a.corners]
+    places = [b.local(a.placed(p)) for p in a.places]
     return [-largest(a.s, [d - dot(n, at) for at in places]) for n, d in b.flats]
 
 
 def _on_flat(a: Faceted, b: Faceted, k: int) -> Meeting:
     """A corner of A at a flat of B."""
-    s, p = a.s, a.corners[k]
+    s, p = a.s, a.placed(a.places[k])
     label, tiny = f"{a.name} {k + 1} {b.name}", max(a.tiny, b.tiny)
     at, inward = b.local(p), b.turned(subtract(a.centre, p))
     best, name = s.b.const(-AWAY), s.b.const(0.0)
@@ -245,7 +186,7 @@ def _crossings(a: Faceted, b: Faceted, k: int, apart: Expr) -> list[Meeting]:
     scores, pasts = [], []
     for other in b.sides:
         normal, gap, past, _ = line.at(other)
-        off = largest(s, [past, _leans(s, normal, other, into) - LEVEL, apart - gap])
+        off = largest(s, [past, leans(s, normal, other, into) - LEVEL, apart - gap])
         scores.append(s.b.select(s.b.call("notless", 0.0, off), -gap, AWAY))
         pasts.append(past)
     found = []

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     Vector = tuple[float, ...]
     Face = tuple[int, int, int]
+    Flat = tuple[Vector, float]
+    Side = tuple[int, int, int, int]
 
 MOST = 100  # corners: each is a place of touch with unknowns of its own
 FLAT = 1e-9  # of the largest extent: a point that stands out by less is no corner
@@ -82,12 +84,14 @@ class Hull:
             if abs(high) <= self.flat * _square(areas[n]) ** 0.5 and flat[n] != flat[m]:
                 flat = [flat[n] if k == flat[m] else k for k in flat]
         numbers = {k: n for n, k in enumerate(dict.fromkeys(flat))}
-        self.flats = []
+        self.flats: list[Flat] = []
         for k in numbers:
-            whole = [sum(c) for c in zip(*(a for a, m in zip(areas, flat, strict=True) if m == k), strict=True)]
-            n = tuple(c / _square(whole) ** 0.5 for c in whole)
-            self.flats.append((n, _dot(n, self.corners[self.faces[k][0]])))
-        self.edges = [
+            whole = [
+                sum(c) for c in zip(*(a for a, m in zip(areas, flat, strict=True) if m == k), strict=True)
+            ]
+            way = tuple(c / _square(whole) ** 0.5 for c in whole)
+            self.flats.append((way, _dot(way, self.corners[self.faces[k][0]])))
+        self.edges: list[Side] = [
             (a, b, numbers[flat[n]], numbers[flat[at[b, a]]])
             for (a, b), n in at.items()
             if a < b and flat[n] != flat[at[b, a]]

@@ -15,11 +15,11 @@ from __future__ import annotations
 from math import hypot
 
 from .hulls import crossed
-from .kinematics import add, dot, scale, subtract
+from .kinematics import add, dot, perpendicular, scale, subtract
 from .laws import Edge
-from .pairs import NOTHING, meeting
+from .resisting import turning
 from .solids import UPRIGHT
-from .supports import held_number
+from .supports import Meeting, along, held_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -27,9 +27,8 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from .base import Scalar, Scene
-    from .pairs import Block
-    from .solids import Solid
-    from .supports import Meeting, Part
+    from .hulls import Flat, Vector
+    from .supports import Part
 
     Way = Sequence[Scalar]
     Wall = tuple[Sequence[float], float]
@@ -37,19 +36,37 @@ if TYPE_CHECKING:
     # how far off [m], which way that is, in world axes, and how it is held
     Found = tuple[Expr, Way, Edge | None]
 
-ROOTS = 12  # steps of Newton's method: to rounding for half-axes up to 100 to 1 and places up to 50 half-axes off
+ROOTS = (
+    12  # steps of Newton's method: to rounding for half-axes up to 100 to 1 and places up to 50 half-axes off
+)
 
 
-class View:
-    """A solid seen in axes that move with it: of a cylinder or an ellipsoid its own from its middle, else those of its body."""
+NOTHING = 1e-30  # [m^2] keeps a slope where a middle line is in the other part
+PARALLEL = 1e-5  # [rad] edges that lie so have no crossing; their corners touch
+POLE = (
+    0.36,
+    -0.48,
+    0.8,
+)  # a direction of no axis, against which no normal points: of it turned to the normal slips are measured
+
+
+class Body:
+    """A solid where it is in world axes: its middle, and `corners`, of what has none its middle or the ends of its line."""
 
     def __init__(self, s: Scene, part: Part) -> None:
         self.s, (self.name, body, self.solid) = s, part
         self.frame = s.frame(body)
-        self.radius = 0.0
-        own = bool(self.solid.semi or self.solid.rims)
-        self.axes = [self.frame.direction(axis) for axis in (self.solid.axes if own else UPRIGHT)]
+        self.radius = self.solid.radius
         self.centre = self.frame.point(_three(self.solid.at)).pos
+        self.corners = [self.frame.point(_three(p)).pos for p in self.solid.points()]
+
+
+class View(Body):
+    """A solid seen in axes that move with it: `own`, from its middle, or those of its body."""
+
+    def __init__(self, s: Scene, part: Part, own: bool = False) -> None:
+        super().__init__(s, part)
+        self.axes = [self.frame.direction(axis) for axis in (self.solid.axes if own else UPRIGHT)]
         self.origin = self.centre if own else self.frame.point((0.0, 0.0, 0.0)).pos
 
     def turned(self, way: Way) -> list[Expr]:
@@ -73,16 +90,21 @@ class View:
 
 
 class Target(View):
-    """A solid to which places are near."""
+    """A solid to which places are near; seen in its own axes, a hull in those of its body."""
+
+    def __init__(self, s: Scene, part: Part) -> None:
+        super().__init__(s, part, not part[2].flats)
 
     def near(self, p: Way, label: str) -> Found:
         """Of a place in world axes."""
         if self.solid.semi is not None:
             gap, normal = on_ellipse(self.s, [half * half for half in self.solid.semi], self.local(p))
             return gap, self.world(normal), None
+        if self.solid.half is not None:
+            return self._block(p, label)
         return self._hull(p, label) if self.solid.flats else self._cylinder(p, label)
 
-    def ends(self, a: Block) -> list[Meeting]:
+    def ends(self, a: Body) -> list[Meeting]:
         """Corners of a block with a radius at what is next to them."""
         found = []
         for k, p in enumerate(a.corners, 1):
@@ -92,30 +114,44 @@ class Target(View):
             found.append(meeting(a, self, label, gap - a.radius, normal, place, edge))
         return found
 
+    def _beyond(self, u: Expr, half: float, label: str) -> Expr:
+        """How far a place along an axis is beyond an end, 0 between them; these are events."""
+        if not half:
+            return u
+        over = self.s.b.flag(self.s.public(u - half), None, f"{label} over", -1)
+        under = self.s.b.flag(self.s.public(-half - u), None, f"{label} under", -1)
+        return self.s.b.select(over, u - half, self.s.b.select(under, u + half, 0.0))
+
+    def _off(self, away: Way, less: float = 0.0) -> Found:
+        distance = self.s.b.call("sqrt", self.s.b.const(NOTHING) + dot(away, away))
+        return distance - less, self.world(scale(1.0 / distance, away)), None
+
+    def _block(self, p: Way, label: str) -> Found:
+        """Next to what is within half-lengths: to the middle of a ball, the line of a capsule, a box."""
+        half = self.solid.half or ()
+        away = [
+            self._beyond(u, h, f"{label} {k}")
+            for k, (u, h) in enumerate(zip(self.local(p), half, strict=True), 1)
+        ]
+        return self._off(away, self.solid.radius)
+
     def _cylinder(self, p: Way, label: str) -> Found:
         """Next to its side, its ends, its rims; inside of it nothing is."""
         s, (x, y, z), r = self.s, self.local(p), self.solid.radius
         square = x * x + y * y
         out = s.b.flag(s.public(square - r * r), None, f"{label} out", -1)
         share = s.b.select(out, 1.0 - r / s.b.call("sqrt", square + NOTHING), 0.0)
-        high: Expr = z
-        if len(self.solid.rims) > 1:
-            half = 0.5 * self.solid.sizes[1]
-            over = s.b.flag(s.public(z - half), None, f"{label} over", -1)
-            under = s.b.flag(s.public(-half - z), None, f"{label} under", -1)
-            high = s.b.select(over, z - half, s.b.select(under, z + half, 0.0))
-        away = [share * x, share * y, high]
-        distance = s.b.call("sqrt", s.b.const(NOTHING) + dot(away, away))
-        return distance, self.world(scale(1.0 / distance, away)), None
+        half = 0.5 * self.solid.sizes[1] if len(self.solid.rims) > 1 else 0.0
+        return self._off([share * x, share * y, self._beyond(z, half, label)])
 
     def _hull(self, p: Way, label: str) -> Found:
         """Flats, then edges, then corners, by their numbers from 1 on."""
         s, solid = self.s, self.solid
         at = self.local(p)
-        regions = _regions(solid)
+        places = regions(solid.corners, solid.flats, solid.edges)
         above = [dot(n, at) - d for n, d in solid.flats]
         beyond = []
-        for *_, walls, flats in regions:
+        for *_, walls, flats in places:
             under = -largest(s, [above[k] for k in flats])
             beyond.append(largest(s, [under, *(dot(w, at) - d for w, d in walls)]))
         best, name = beyond[0], s.b.const(1.0)
@@ -124,7 +160,7 @@ class Target(View):
             best, name = s.b.select(more, best, value), s.b.select(more, name, float(k))
         held = held_number(s, at[0], label)
         number = s.b.select(held, held, name)
-        kind, *values = chosen(s, number, [(kind, *a, *w) for kind, a, w, _, _ in regions])
+        kind, *values = chosen(s, number, [(kind, *a, *w) for kind, a, w, _, _ in places])
         place, way = values[:3], values[3:]
         past = chosen(s, number, [(b,) for b in beyond])[0] - 1e-9 * solid.size
         off = subtract(at, place)
@@ -139,25 +175,38 @@ class Target(View):
         return gap, self.world(normal), edge
 
 
+def meeting(a: Body, b: Body, label: str, gap: Expr, normal: Way, place: Way, edge: Edge | None) -> Meeting:
+    """`place`: where A's part is touched."""
+    ways = across(a.s, normal)
+    slips = along(ways, a.frame, b.frame, place, (0.0, 0.0, 0.0))
+    return Meeting(label, gap, slips, turning(a.frame.omega, b.frame.omega, ways, normal), edge)
+
+
+def across(s: Scene, normal: Way) -> list[Way]:
+    """Two directions at right angles to a normal: those across POLE, turned as that is to the normal, the shortest way."""
+    beside = 1.0 / (s.b.const(1.0) + dot(normal, POLE))
+    found: list[Way] = []
+    for way in perpendicular(POLE):
+        found.append(subtract(way, scale(dot(normal, way) * beside, add(normal, POLE))))
+    return found
+
+
 def _three(p: Sequence[float]) -> tuple[float, float, float]:
     return p[0], p[1], p[2]
 
 
-def _regions(solid: Solid) -> list[Region]:
+def regions(corners: Sequence[Vector], flats: Sequence[Flat], edges: Sequence[Sequence[int]]) -> list[Region]:
     """Of each flat, edge and corner: 0 a flat or 1, a place on it, a normal or a direction or nothing, walls w . p = d that bound
     what is next to it, and its flats, above one of which that is."""
-    corners, flats, edges = solid.corners, solid.flats, solid.edges
     walls: list[list[Wall]] = [[] for _ in range(len(flats) + len(edges) + len(corners))]
     sides: list[set[int]] = [set() for _ in corners]
-    found: list[Region] = [
-        (0.0, [c * d for c in n], n, walls[k], {k}) for k, (n, d) in enumerate(flats)
-    ]
+    found: list[Region] = [(0.0, [c * d for c in n], n, walls[k], {k}) for k, (n, d) in enumerate(flats)]
     for k, (a, b, *both) in enumerate(edges, len(flats)):
         p, q = corners[a], corners[b]
         size = hypot(*(v - u for u, v in zip(p, q, strict=True)))
         way = tuple((v - u) / size for u, v in zip(p, q, strict=True))
         found.append((1.0, p, way, walls[k], set(both)))
-        for flat, side in zip(both, (1.0, -1.0), strict=True):
+        for flat, side in zip(both, (1.0, -1.0), strict=bool(both)):
             # out of the flat, across the edge
             out = [side * c for c in crossed(way, flats[flat][0])]
             _wall(walls[flat], walls[k], out, p)
@@ -180,19 +229,36 @@ def on_ellipse(s: Scene, squares: Sequence[float], p: Sequence[Expr]) -> tuple[E
     """How far p is off an ellipsoid of these squares of half-axes [m^2], in its axes; below 0 inside of it, true near its
     surface. And the normal there."""
 
-    def by(t: Scalar, v: Sequence[Scalar]) -> list[Scalar]:
+    def by(t: Scalar, v: Way) -> Way:
         return [c / (square + t) for square, c in zip(squares, v, strict=True)]
 
-    def times(v: Sequence[Scalar]) -> list[Scalar]:
+    def times(v: Way) -> Way:
         return [square * c for square, c in zip(squares, v, strict=True)]
 
     return _root(s, by, times, p, (min(squares), max(squares)))
 
 
+def on_shadow(s: Scene, m: tuple[Expr, Expr, Expr], p: Sequence[Expr]) -> tuple[Expr, Way]:
+    """The same of an ellipse in its plane; `m`: the elements xx, xy, yy of its matrix [m^2]."""
+    xx, xy, yy = m
+    middle, apart = 0.5 * (xx + yy), 0.5 * (xx - yy)
+    spread = s.b.call("sqrt", NOTHING * NOTHING + apart * apart + xy * xy)
+
+    def by(t: Scalar, v: Way) -> Way:
+        x, y = xx + t, yy + t
+        whole = x * y - xy * xy
+        return [(y * v[0] - xy * v[1]) / whole, (x * v[1] - xy * v[0]) / whole]
+
+    def times(v: Way) -> Way:
+        return [xx * v[0] + xy * v[1], xy * v[0] + yy * v[1]]
+
+    return _root(s, by, times, p, (middle - spread, middle + spread))
+
+
 def _root(
     s: Scene,
-    by: Callable[[Scalar, Sequence[Scalar]], list[Scalar]],
-    times: Callable[[Sequence[Scalar]], list[Scalar]],
+    by: Callable[[Scalar, Way], Way],
+    times: Callable[[Way], Way],
     p: Sequence[Expr],
     squares: tuple[Scalar, Scalar],
 ) -> tuple[Expr, Way]:
@@ -220,9 +286,9 @@ def _root(
     return dot(normal, p) - reach, normal
 
 
-def largest(s: Scene, values: Sequence[Expr]) -> Expr:
+def largest(s: Scene, values: Sequence[Scalar]) -> Expr:
     """Without an event."""
-    best = values[0]
+    best = s.b.const(0.0) + values[0]
     for value in values[1:]:
         best = s.b.select(s.b.call("notless", value, best), value, best)
     return best

@@ -58,8 +58,8 @@ class Solid:
         self.normal: Vector | None = None
         self.corners: list[Vector] = []
         self.faces: list[tuple[int, int, int]] = []
-        self.flats: list[tuple[Vector, float]] = []
-        self.edges: list[tuple[int, int, int, int]] = []
+        self.flats: list[hulls.Flat] = []
+        self.edges: list[hulls.Side] = []
         self.rims: list[Vector] = []
         self.inertia: Vector = (0.0,) * 6
         getattr(self, f"_{kind}")(*sizes)
