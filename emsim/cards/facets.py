@@ -51,7 +51,7 @@ class Faceted(View):
         for a, b, *both in self.edges:
             p, q = self.places[a], self.places[b]
             length = sum((v - u) ** 2 for u, v in zip(p, q, strict=True)) ** 0.5
-            way = [(v - u) / length for u, v in zip(p, q, strict=True)]
+            way = tuple((v - u) / length for u, v in zip(p, q, strict=True))
             into = [0.0] * 6
             if both:
                 left, right = (self.flats[k][0] for k in both)
@@ -85,7 +85,7 @@ def separation(s: Scene, a: Part, b: Part) -> Expr:
     return largest(s, found)
 
 
-def _edge(a: Faceted, b: Faceted, k: int) -> tuple[Line, list[Way]]:
+def _edge(a: Faceted, b: Faceted, k: int) -> tuple[Line, Sequence[Way]]:
     """Of A, in the axes of B: its line, and the ways into the flats beside it."""
     side = a.sides[k]
     u, *into = (b.turned(a.world(side[j : j + 3])) for j in (3, 7, 10))
@@ -157,11 +157,11 @@ class Line:
 
 
 def two_nearest(
-    s: Scene, label: str, size: Expr, scores: Sequence[Expr], pasts: Sequence[Expr]
+    s: Scene, label: str, size: Scalar, scores: Sequence[Expr], pasts: Sequence[Expr]
 ) -> list[tuple[Expr, Edge, Expr]]:
     """Of features by their scores, AWAY those that are none: the least two, or those that are held. Of each its number from 1 on,
     how that is held, and whether it can be touched."""
-    helds = [held_number(s, size, f"{label} {k}") for k in (1, 2)]
+    helds = [held_number(s, s.b.const(0.0) + size, f"{label} {k}") for k in (1, 2)]
     other, found = helds[1], []
     for held in helds:
         best, name = s.b.const(AWAY), s.b.const(1.0)

@@ -268,7 +268,7 @@ def _root(
     def step(t: Expr) -> Expr:
         z = by(t, p)
         mz = times(z)
-        square = s.b.const(0.0) + dot(z, mz)
+        square = s.b.const(NOTHING * NOTHING) + dot(z, mz)
         slope = NOTHING * NOTHING + dot(by(t, z), mz)
         return t + square * (s.b.call("sqrt", square) - 1.0) / slope
 
@@ -282,7 +282,7 @@ def _root(
     z = by(t, p)
     size = s.b.call("sqrt", s.b.const(NOTHING * NOTHING) + dot(z, z))
     normal = scale(1.0 / size, z)
-    reach = s.b.call("sqrt", s.b.const(0.0) + dot(normal, times(normal)))
+    reach = s.b.call("sqrt", s.b.const(NOTHING * NOTHING) + dot(normal, times(normal)))
     return dot(normal, p) - reach, normal
 
 

@@ -7,7 +7,7 @@ hulls and boxes                        facets.py
 
 from __future__ import annotations
 
-from . import capsules, facets, ovals
+from . import capsules, drums, facets, ovals
 from .nearest import Body, Target
 
 TYPE_CHECKING = False
@@ -28,7 +28,12 @@ def kind(solid: Solid) -> str:
 def known(a: Solid, b: Solid) -> bool:
     """Is there a rule for these two?"""
     kinds = {kind(a), kind(b)}
-    return "ball" in kinds or (kinds <= {"capsule", "box", "hull", "ellipsoid"} and kinds != {"ellipsoid"})
+    return (
+        "ball" in kinds
+        or kinds == {"capsule", "cylinder"}
+        or ("ellipsoid" in kinds and kinds < {"capsule", "box", "hull", "ellipsoid"} and len(kinds) == 2)
+        or kinds <= {"capsule", "box", "hull"}
+    )
 
 
 def ordered(a: Part, b: Part) -> tuple[Part, Part, str, str]:
@@ -44,12 +49,14 @@ def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
         return Target(s, other).ends(Body(s, one))
     if second == "ellipsoid":
         return ovals.meetings(s, other, one)
+    if second == "cylinder":
+        return drums.meetings(s, one, other)
     return capsules.meetings(s, one, other) if first == "capsule" else facets.meetings(s, one, other)
 
 
 def separations(s: Scene, a: Part, b: Part) -> list[Expr]:
     """Of those whose gaps do not say at the start that they are in each other: below 0 they are."""
     one, other, first, second = ordered(a, b)
-    if first == "ball" or second in ("capsule", "ellipsoid"):
+    if first == "ball" or second in ("capsule", "ellipsoid", "cylinder"):
         return []
     return [(capsules if first == "capsule" else facets).separation(s, one, other)]

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize, nnls
+from scipy.optimize import minimize, minimize_scalar, nnls
 from scipy.spatial.transform import Rotation
 
 import emsim
@@ -24,7 +24,7 @@ SIZES = {
 }  # fmt: skip
 PAIRS = [
     *(("ball", other) for other in ("cylinder", "disc", "ellipsoid", "hull", "box", "capsule")),
-    *(("capsule", other) for other in ("capsule", "box", "hull")),
+    *(("capsule", other) for other in ("capsule", "box", "hull", "cylinder", "disc")),
     *(("ellipsoid", other) for other in ("box", "hull", "capsule")),
 ]
 
@@ -54,9 +54,21 @@ def to_points(p: np.ndarray, points: np.ndarray) -> np.ndarray:
     return -(weights @ away) / weights.sum()
 
 
+def to_drum(kind: str, p: np.ndarray) -> float:
+    """From a cylinder or a disc to a place in its axes, by the plane through both."""
+    high = 0.5 * SIZES[kind][1] if kind == "cylinder" else 0.0
+    return float(np.hypot(max(np.hypot(p[0], p[1]) - SIZES[kind][0], 0.0), max(abs(p[2]) - high, 0.0)))
+
+
 def distance(a: str, b: str, where: list[tuple[np.ndarray, np.ndarray]]) -> float:
     """Between two solids, each turned and moved, by convex optimisation."""
     (turn, at), (other, to) = where
+    if b in ("cylinder", "disc") and a == "capsule":
+        begin, way = other.T @ (at - to), SIZES[a][0] * other.T @ turn[:, 0]
+        found = minimize_scalar(
+            lambda s: to_drum(b, begin + s * way), bounds=(0, 1), method="bounded", options={"xatol": 1e-12}
+        )
+        return min(found.fun, to_drum(b, begin), to_drum(b, begin + way)) - radius(a)
     straight = corners(b) @ other.T + to if b in ("ball", "capsule", "box", "hull") else None
     if a != "ellipsoid" and straight is not None:
         mine = corners(a) @ turn.T + at
@@ -66,10 +78,7 @@ def distance(a: str, b: str, where: list[tuple[np.ndarray, np.ndarray]]) -> floa
         a, b, (other, to), (turn, at), straight = b, a, (turn, at), (other, to), at[None]
     assert straight is not None
     if a in ("cylinder", "disc"):
-        # by the nearest place in the plane through the axis
-        x, y, z = turn.T @ (straight[0] - at)
-        high = 0.5 * SIZES[a][1] if a == "cylinder" else 0.0
-        return float(np.hypot(max(np.hypot(x, y) - SIZES[a][0], 0.0), max(abs(z) - high, 0.0))) - radius(b)
+        return to_drum(a, turn.T @ (straight[0] - at)) - radius(b)
     shape = turn * SIZES[a]
 
     def squared(u: np.ndarray) -> tuple[float, np.ndarray]:
