@@ -9,7 +9,7 @@ edges two at a time touch the line (facets.py).
 
 from __future__ import annotations
 
-from .facets import LEVEL, Faceted, Line, leans, two_nearest
+from .facets import Faceted, Line, leans, two_nearest
 from .kinematics import add, dot, scale, subtract
 from .nearest import NOTHING, Body, Target, chosen, largest, meeting
 from .supports import AWAY
@@ -95,5 +95,5 @@ def separation(s: Scene, a: Part, b: Part) -> Expr:
     found = [-largest(s, [d - dot(n, at) for at in places]) for n, d in other.flats]
     for side in other.sides:
         normal, gap, _, _ = line.at(side)
-        found.append(s.b.select(s.b.call("notless", leans(s, normal, side, []), LEVEL), -AWAY, gap))
+        found.append(s.b.select(s.b.call("notless", leans(s, normal, side, []), 0.0), -AWAY, gap))
     return largest(s, found)

@@ -9,7 +9,7 @@ Every gap is one of two points of the parts, so none is less than the distance, 
 
 from __future__ import annotations
 
-from .kinematics import add, dot, scale, subtract
+from .kinematics import add, dot, scale
 from .nearest import NOTHING, PARALLEL, Target, View, largest, meeting, on_shadow
 from .supports import FLAT, Meeting, within
 

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     Way = Sequence[Scalar]
 
-LEVEL = 1e-7  # [rad] a normal that leans by less over a flat is one of its edges
-
 
 def facets(solid: Solid) -> tuple[Sequence[Vector], Sequence[Flat], Sequence[Sequence[int]]]:
     """Corners, flats and edges of a hull or a box; of a capsule's line its ends and itself."""
@@ -80,7 +78,7 @@ def separation(s: Scene, a: Part, b: Part) -> Expr:
         line, into = _edge(one, other, k)
         for side in other.sides:
             normal, gap, _, _ = line.at(side)
-            off = s.b.call("notless", leans(s, normal, side, into), LEVEL)
+            off = s.b.call("notless", leans(s, normal, side, into), 0.0)
             found.append(s.b.select(off, -AWAY, gap))
     return largest(s, found)
 
@@ -93,10 +91,10 @@ def _edge(a: Faceted, b: Faceted, k: int) -> tuple[Line, Sequence[Way]]:
 
 
 def leans(s: Scene, normal: Way, side: Sequence[float | Expr], into: Sequence[Way]) -> Expr:
-    """By how much a normal leans over a flat of either, at an edge of B and one of A."""
+    """By how much a normal leans over a flat of either, at an edge of B and one of A; less than 1e-7 rad are level with it."""
     zero = s.b.const(0.0)
     beside = [zero + dot(normal, side[7:10]), zero + dot(normal, side[10:13])]
-    return largest(s, [*beside, *(zero - dot(normal, way) for way in into)])
+    return largest(s, [*beside, *(zero - dot(normal, way) for way in into)]) - 1e-7
 
 
 def _apart(a: Faceted, b: Faceted) -> list[Expr]:
@@ -186,7 +184,7 @@ def _crossings(a: Faceted, b: Faceted, k: int, apart: Expr) -> list[Meeting]:
     scores, pasts = [], []
     for other in b.sides:
         normal, gap, past, _ = line.at(other)
-        off = largest(s, [past, leans(s, normal, other, into) - LEVEL, apart - gap])
+        off = largest(s, [past, leans(s, normal, other, into), apart - gap])
         scores.append(s.b.select(s.b.call("notless", 0.0, off), -gap, AWAY))
         pasts.append(past)
     found = []

@@ -36,10 +36,6 @@ if TYPE_CHECKING:
     # how far off [m], which way that is, in world axes, and how it is held
     Found = tuple[Expr, Way, Edge | None]
 
-ROOTS = (
-    12  # steps of Newton's method: to rounding for half-axes up to 100 to 1 and places up to 50 half-axes off
-)
-
 
 NOTHING = 1e-30  # [m^2] keeps a slope where a middle line is in the other part
 PARALLEL = 1e-5  # [rad] edges that lie so have no crossing; their corners touch
@@ -274,7 +270,8 @@ def _root(
 
     t = s.b.call("sqrt", s.b.const(0.0) + dot(p, times(p))) - squares[1]
     t = largest(s, [t, floor])
-    for _ in range(ROOTS):
+    # to rounding for half-axes up to 100 to 1 and places up to 50 of them off
+    for _ in range(12):
         t = largest(s, [step(t), floor])
     # a number without a slope, from which one step goes all the way
     grain = 1e-12 * squares[1]

@@ -25,15 +25,15 @@ def kind(solid: Solid) -> str:
     return "ellipsoid" if solid.semi is not None else "hull" if solid.corners else "cylinder"
 
 
-def known(a: Solid, b: Solid) -> bool:
-    """Is there a rule for these two?"""
-    kinds = {kind(a), kind(b)}
-    return (
-        "ball" in kinds
-        or kinds == {"capsule", "cylinder"}
-        or ("ellipsoid" in kinds and kinds < {"capsule", "box", "hull", "ellipsoid"} and len(kinds) == 2)
-        or kinds <= {"capsule", "box", "hull"}
-    )
+def unknown(a: str, one: Solid, b: str, other: Solid) -> tuple[str, str] | None:
+    """Of two named solids for which there is no rule: what they touch, and what could be in their place."""
+    kinds = {kind(one), kind(other)}
+    if kinds & {"ball", "capsule"} or not ("cylinder" in kinds or kinds == {"ellipsoid"}):
+        return None
+    name, solid = (a, one) if kind(one) == "cylinder" else (b, other)
+    more = "" if "cylinder" in kinds else ", boxes, hulls"
+    hint = f"SHAPE {name}2 {name} hull(x1,y1,z1,..), capsule(l,r) or ball(r) in its place"
+    return f"{solid.kind}(..) touches planes, balls{more} and capsules", hint
 
 
 def ordered(a: Part, b: Part) -> tuple[Part, Part, str, str]:

@@ -1,5 +1,5 @@
-"""CONTACT between solids in space, pair by pair: gaps by distances that are found otherwise, closed forms of impacts and of rest, own
-integrations, boxes as hulls, many-sided hulls as cylinders, the energy, any order of cards."""
+"""CONTACT between solids in space, pair by pair: gaps by distances that are found otherwise, closed forms of impacts and of rest,
+own integrations, boxes as hulls, many-sided hulls as cylinders, the energy, any order of cards."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from itertools import product
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import minimize, minimize_scalar, nnls
 from scipy.spatial.transform import Rotation
+from test_shapes import G, never_rises
 
 import emsim
+from emsim.diagnostics import DeckError
 
 SIZES = {
     "ball": (0.1,),
@@ -120,3 +123,165 @@ def test_the_gap_is_the_distance(a, b):
         deck = "\n".join([*rng.sample(bodies, 2), "CONTACT c a b e=0"])
         r = emsim.run(f"t\n{deck}\n.tran 1u 1u\n.save gap(c)\n.end\n")
         assert r["gap(c)"][0] == pytest.approx(far, abs=1e-9), deck
+
+
+def prism(sides: int, r: float, h: float) -> str:
+    """A hull through places of both rims of a cylinder."""
+    around = [2 * np.pi * k / sides for k in range(sides)]
+    points = [(r * np.cos(a), r * np.sin(a), z) for a in around for z in (-0.5 * h, 0.5 * h)]
+    return "hull(" + ",".join(repr(float(c)) for p in points for c in p) + ")"
+
+
+def run(cards: str, until: float, save: str, reltol: float = 1e-7):
+    deck = f"t\n.gravity {G}\n{cards}\n.options reltol={reltol:g}\n.tran 5m {until}\n.save energy() {save}\n.end\n"
+    return emsim.run(deck)
+
+
+def test_a_hull_of_many_sides_tends_to_the_cylinder():
+    """No farther from a ball than the cylinder by more than r (1 - cos(pi/n)), the depth of a side."""
+    where = "x=0.3 y=0.03 z=0.23"
+    gaps = [
+        run(f"SHAPE f 0 {shape}\nBODY b m=1 shape=ball(0.1) {where}\nCONTACT c all e=0", 1e-3, "gap(c)")[
+            "gap(c)"
+        ][0]
+        for shape in ("cylinder(0.1,0.3)", *(prism(n, 0.1, 0.3) for n in (8, 16)))
+    ]
+    for n, gap in zip((8, 16), gaps[1:], strict=True):
+        assert -1e-12 <= gap - gaps[0] <= 0.1 * (1 - np.cos(np.pi / n))
+    assert gaps[1] - gaps[0] > 1e-4
+
+
+def test_a_hull_with_the_corners_of_a_box_moves_as_it_does():
+    corner = list(product((-0.1, 0.1), (-0.05, 0.05), (-0.08, 0.08)))
+    random.Random(1).shuffle(corner)
+    hull = "hull(" + ",".join(repr(c) for p in corner for c in p) + ")"
+    ends = []
+    for shape in ("box(0.2,0.1,0.16)", hull):
+        deck = f"SHAPE f 0 box(1,0.2,1) at=(0,-0.1,0)\nBODY b m=1 shape={shape} y=0.2 rot=(0.3,0.4,0.5)\nCONTACT c all e=0.5"
+        r = run(deck, 0.25, "x(b) y(b) z(b) vx(b) vy(b) vz(b)", 1e-9)
+        ends.append([r[f"{n}(b)"][-1] for n in ("x", "y", "z", "vx", "vy", "vz")])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+
+
+UP = f"rot=({np.pi / 2!r},0,0)"  # an axis along y
+
+
+@pytest.mark.parametrize("e", [1.0, 0.5])
+@pytest.mark.parametrize(
+    ("fixed", "falls", "at"),
+    [
+        (f"cylinder(0.1,0.2) {UP}", "ball(0.05)", 0.15),
+        ("cylinder(0.1,0.6)", "ball(0.05) x=0", 0.15),
+        (f"disc(0.1) {UP}", "ball(0.05)", 0.05),
+        ("disc(0.1)", "ball(0.05)", 0.15),
+        ("ellipsoid(0.2,0.1,0.3)", "ball(0.05)", 0.15),
+        (prism(6, 0.1, 0.2), "ball(0.05)", 0.05 + 0.1 * np.sqrt(0.75)),
+        ("cylinder(0.1,0.6)", "capsule(0.4,0.05) x=-0.2", 0.15),
+        ("disc(0.1)", "capsule(0.4,0.05) x=-0.2", 0.15),
+        ("box(0.4,0.2,0.4)", "ellipsoid(0.2,0.1,0.3)", 0.2),
+        (f"box(0.4,0.1,0.1) rot=({np.pi / 4!r},0,0)", "ellipsoid(0.2,0.1,0.3)", 0.1 + 0.05 * np.sqrt(2)),
+        ("capsule(0.4,0.05) at=(-0.2,0,0)", "ellipsoid(0.2,0.1,0.3)", 0.15),
+        (prism(6, 0.1, 0.6), f"capsule(0.4,0.05) x=0 z=-0.2 rot=(0,{-np.pi / 2!r},0)", 0.05 + 0.1 * np.sqrt(0.75)),
+    ],
+)  # fmt: skip
+def test_what_falls_on_another_is_thrown_back(fixed, falls, at, e):
+    """On its middle, from 0.2 m: v = g t arrives, e v goes up, and nothing turns or goes aside."""
+    deck = f"SHAPE f 0 {fixed}\nBODY b m=1 shape={falls} y={float(at) + 0.2!r}\nCONTACT c all e={e}"
+    r = run(deck, 0.3, "vy(b) vx(b) wz(b) wx(b) hits(c)", 1e-8)
+    v, k = np.sqrt(0.4 * G), int(np.flatnonzero(np.asarray(r["hits(c)"]) >= 1)[0])
+    assert r.time[k] == pytest.approx(v / G, rel=1e-7)
+    assert r["vy(b)"][k] == pytest.approx(e * v, rel=1e-6)
+    assert max(abs(r[n][k]) for n in ("vx(b)", "wz(b)", "wx(b)")) < 1e-8 and never_rises(r)
+
+
+@pytest.mark.parametrize(
+    ("fixed", "lies", "high"),
+    [
+        (f"cylinder(0.15,0.3) at=(0,-0.15,0) {UP}", "capsule(0.4,0.05) x=-0.19 rot=(0,0.3,0)", 0.05),
+        ("cylinder(0.15,0.6) at=(0,-0.15,0)", f"capsule(0.4,0.05) z=-0.19 rot=(0,{-np.pi / 2!r},0)", 0.05),
+        ("cylinder(0.15,0.2) at=(0,-0.15,0)", f"capsule(0.4,0.05) z=-0.19 rot=(0,{-np.pi / 2!r},0)", 0.05),
+        (prism(8, 0.15, 0.3) + f" at=(0,-0.15,0) {UP}", "capsule(0.4,0.05) x=-0.19 rot=(0,0.3,0)", 0.05),
+        ("box(0.2,0.2,0.2) at=(0,-0.1,0)", prism(6, 0.05, 0.4) + " rot=(0,0.3,0)", 0.05 * np.sqrt(0.75)),
+        ("box(0.6,0.2,0.6) at=(0,-0.1,0)", "ellipsoid(0.1,0.06,0.15)", 0.06),
+    ],
+)  # fmt: skip
+def test_what_lies_on_another_rests(fixed, lies, high):
+    """After a fall by 2 cm, at its height, its weight borne: on two places of a rim or of edges where it sticks out."""
+    deck = f"SHAPE f 0 {fixed}\nBODY b m=2 shape={lies} y={float(high) + 0.02!r}\nCONTACT c all e=0"
+    r = run(deck, 0.3, "y(b) force(c)")
+    assert r["y(b)"][-1] == pytest.approx(high, abs=1e-8)
+    assert r["force(c)"][-1] == pytest.approx(2 * G, rel=1e-7) and never_rises(r)
+
+
+@pytest.mark.parametrize("mu", [0.0, 3.0])
+def test_a_ball_on_an_ellipsoid_goes_off_as_it_does_by_an_integration(mu):
+    """Its centre on the curve r off the ellipse; it slides with its mass m, or rolls with 7/5 m."""
+    a, b, r, start, until = 0.3, 0.2, 0.05, 1.4, 0.3
+    inert = 1.4 if mu else 1.0
+
+    def centre(q: float) -> np.ndarray:
+        normal = np.array([np.cos(q) / a, np.sin(q) / b])
+        return np.array([a * np.cos(q), b * np.sin(q)]) + r * normal / np.linalg.norm(normal)
+
+    def moves(_: float, y: np.ndarray) -> list[float]:
+        """inert (|c'|^2 q'' + c'.c'' q'^2) + g c'_y = 0; slopes by central differences, to 1e-10."""
+        h = 1e-4
+        near = [centre(y[0] + k * h) for k in (-2, -1, 0, 1, 2)]
+        one = (near[0] - 8 * near[1] + 8 * near[3] - near[4]) / (12 * h)
+        two = (-near[0] + 16 * near[1] - 30 * near[2] + 16 * near[3] - near[4]) / (12 * h * h)
+        return [y[1], -(one @ two * y[1] ** 2 + G * one[1] / inert) / (one @ one)]
+
+    found = solve_ivp(moves, (0, until), [start, 0.0], rtol=1e-11, atol=1e-12).y[0, -1]
+    x, y = centre(start)
+    body = f"BODY b m=0.7 shape=ball({r}) x={float(x)!r} y={float(y)!r}"
+    deck = f"SHAPE f 0 ellipsoid({a},{b},0.25)\n{body}\nCONTACT c all e=0 mu={mu}"
+    result = run(deck, until, "x(b) y(b) force(c) gap(c)", 1e-9)
+    assert [result["x(b)"][-1], result["y(b)"][-1]] == pytest.approx(centre(found), abs=1e-7)
+    assert result["force(c)"][-1] > 1 and np.max(np.abs(result["gap(c)"])) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("fixed", "falls"),
+    [
+        ("box(0.3,0.3,0.3)", "ellipsoid(0.12,0.05,0.07)"),
+        ("box(0.3,0.3,0.3)", "capsule(0.2,0.05)"),
+        ("cylinder(0.15,0.3)", "capsule(0.2,0.05)"),
+        ("disc(0.2)", "ball(0.06)"),
+        ("box(0.3,0.3,0.3)", card("hull")),
+        (prism(5, 0.15, 0.3), "capsule(0.2,0.05)"),
+        ("box(0.3,0.3,0.3)", "box(0.2,0.1,0.16)"),
+    ],
+)  # fmt: skip
+def test_what_tumbles_over_another_only_loses(fixed, falls):
+    """Without friction too: nothing is in another, no energy comes from nowhere, and an order of cards is none."""
+    rng = random.Random(fixed + falls)
+    turn, other, spin = (",".join(repr(rng.uniform(-1, 1)) for _ in range(3)) for _ in range(3))
+    cards = [
+        f"SHAPE f 0 {fixed} rot=({turn})",
+        f"BODY b m=1 shape={falls} x=0.03 y=0.4 rot=({other}) omega=({spin})",
+    ]
+    ends = []
+    for order in (cards, cards[::-1]):
+        r = run("\n".join(order) + "\nCONTACT c all e=0.3", 0.5, "x(b) y(b) z(b) gap(c) hits(c)")
+        assert never_rises(r) and np.min(r["gap(c)"]) > -1e-6 and r["hits(c)"][-1] > 0
+        ends.append([r[n][-1] for n in ("x(b)", "y(b)", "z(b)")])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("a", "b"),
+    [("cylinder", other) for other in ("cylinder", "disc", "box", "hull", "ellipsoid")]
+    + [("disc", "disc"), ("disc", "box"), ("ellipsoid", "ellipsoid"), ("ellipsoid", "disc")],
+)
+def test_pairs_that_have_no_rule_are_refused(a, b):
+    with pytest.raises(DeckError, match="do not touch each other"):
+        run(f"SHAPE f 0 {card(a)} rot=(1,0,0)\nBODY b m=1 shape={card(b)} y=1\nCONTACT c all e=0", 0.1, "")
+
+
+@pytest.mark.parametrize("kind", ["box", "hull", "capsule", "ellipsoid"])
+def test_what_is_in_another_at_the_start_is_an_error(kind):
+    """Crossed ones too, of which no corner is in the other."""
+    at = -0.15 if kind == "capsule" else 0.0
+    deck = f"SHAPE f 0 box(0.6,0.03,0.03)\nBODY b m=1 shape={card(kind)} x={at}\nCONTACT c all e=0"
+    with pytest.raises(DeckError, match="in each other at the start"):
+        run(deck, 0.1, "")
