@@ -7,7 +7,7 @@ hulls and boxes                        facets.py
 
 from __future__ import annotations
 
-from . import capsules, drums, facets, ovals
+from . import capsules, drums, eggs, facets, ovals
 from .nearest import Body, Target
 
 TYPE_CHECKING = False
@@ -28,12 +28,15 @@ def kind(solid: Solid) -> str:
 def unknown(a: str, one: Solid, b: str, other: Solid) -> tuple[str, str] | None:
     """Of two named solids for which there is no rule: what they touch, and what could be in their place."""
     kinds = {kind(one), kind(other)}
-    if kinds & {"ball", "capsule"} or not ("cylinder" in kinds or kinds == {"ellipsoid"}):
+    if kinds & {"ball", "capsule"}:
         return None
-    name, solid = (a, one) if kind(one) == "cylinder" else (b, other)
-    more = "" if "cylinder" in kinds else ", boxes, hulls"
-    hint = f"SHAPE {name}2 {name} hull(x1,y1,z1,..), capsule(l,r) or ball(r) in its place"
-    return f"{solid.kind}(..) touches planes, balls{more} and capsules", hint
+    for name, solid in ((a, one), (b, other)):
+        hint = f"SHAPE {name}2 {name} hull(x1,y1,z1,..), capsule(l,r) or ball(r) in its place"
+        if kind(solid) == "cylinder":
+            return f"{solid.kind}(..) touches planes, balls and capsules", hint
+        if kinds == {"ellipsoid"} and solid.semi and max(solid.semi) > 10.0 * min(solid.semi):
+            return "of two ellipsoids half-axes go up to 10 to 1", hint
+    return None
 
 
 def ordered(a: Part, b: Part) -> tuple[Part, Part, str, str]:
@@ -47,6 +50,8 @@ def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
     one, other, first, second = ordered(a, b)
     if first == "ball":
         return Target(s, other).ends(Body(s, one))
+    if first == second == "ellipsoid":
+        return eggs.meetings(s, one, other)
     if second == "ellipsoid":
         return ovals.meetings(s, other, one)
     if second == "cylinder":

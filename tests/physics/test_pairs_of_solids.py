@@ -28,7 +28,7 @@ SIZES = {
 PAIRS = [
     *(("ball", other) for other in ("cylinder", "disc", "ellipsoid", "hull", "box", "capsule")),
     *(("capsule", other) for other in ("capsule", "box", "hull", "cylinder", "disc")),
-    *(("ellipsoid", other) for other in ("box", "hull", "capsule")),
+    *(("ellipsoid", other) for other in ("box", "hull", "capsule", "ellipsoid")),
 ]
 
 
@@ -63,6 +63,18 @@ def to_drum(kind: str, p: np.ndarray) -> float:
     return float(np.hypot(max(np.hypot(p[0], p[1]) - SIZES[kind][0], 0.0), max(abs(p[2]) - high, 0.0)))
 
 
+def of_ellipsoids(one: np.ndarray, other: np.ndarray, away: np.ndarray) -> float:
+    """The least |away + other v - one u| of u and v in the unit ball."""
+
+    def squared(w: np.ndarray) -> tuple[float, np.ndarray]:
+        off = away + other @ w[3:] - one @ w[:3]
+        return float(off @ off), 2.0 * np.concatenate([-one.T @ off, other.T @ off])
+
+    inside = [{"type": "ineq", "fun": lambda w, k=k: 1.0 - w[k : k + 3] @ w[k : k + 3]} for k in (0, 3)]
+    best = minimize(squared, np.zeros(6), jac=True, constraints=inside, tol=1e-18, options={"maxiter": 500})
+    return float(np.sqrt(best.fun))
+
+
 def distance(a: str, b: str, where: list[tuple[np.ndarray, np.ndarray]]) -> float:
     """Between two solids, each turned and moved, by convex optimisation."""
     (turn, at), (other, to) = where
@@ -79,7 +91,8 @@ def distance(a: str, b: str, where: list[tuple[np.ndarray, np.ndarray]]) -> floa
         return float(np.linalg.norm(to_points(np.zeros(3), off))) - radius(a) - radius(b)
     if a == "ball":
         a, b, (other, to), (turn, at), straight = b, a, (turn, at), (other, to), at[None]
-    assert straight is not None
+    if straight is None:
+        return of_ellipsoids(turn * SIZES[a], other * SIZES[b], to - at)
     if a in ("cylinder", "disc"):
         return to_drum(a, turn.T @ (straight[0] - at)) - radius(b)
     shape = turn * SIZES[a]
@@ -181,6 +194,7 @@ UP = f"rot=({np.pi / 2!r},0,0)"  # an axis along y
         ("box(0.4,0.2,0.4)", "ellipsoid(0.2,0.1,0.3)", 0.2),
         (f"box(0.4,0.1,0.1) rot=({np.pi / 4!r},0,0)", "ellipsoid(0.2,0.1,0.3)", 0.1 + 0.05 * np.sqrt(2)),
         ("capsule(0.4,0.05) at=(-0.2,0,0)", "ellipsoid(0.2,0.1,0.3)", 0.15),
+        ("ellipsoid(0.3,0.1,0.1)", "ellipsoid(0.1,0.05,0.3)", 0.15),
         (prism(6, 0.1, 0.6), f"capsule(0.4,0.05) x=0 z=-0.2 rot=(0,{-np.pi / 2!r},0)", 0.05 + 0.1 * np.sqrt(0.75)),
     ],
 )  # fmt: skip
@@ -245,6 +259,7 @@ def test_a_ball_on_an_ellipsoid_goes_off_as_it_does_by_an_integration(mu):
     [
         ("box(0.3,0.3,0.3)", "ellipsoid(0.12,0.05,0.07)"),
         ("box(0.3,0.3,0.3)", "capsule(0.2,0.05)"),
+        ("ellipsoid(0.3,0.1,0.2)", "ellipsoid(0.1,0.05,0.2)"),
         ("cylinder(0.15,0.3)", "capsule(0.2,0.05)"),
         ("disc(0.2)", "ball(0.06)"),
         ("box(0.3,0.3,0.3)", card("hull")),
@@ -271,11 +286,18 @@ def test_what_tumbles_over_another_only_loses(fixed, falls):
 @pytest.mark.parametrize(
     ("a", "b"),
     [("cylinder", other) for other in ("cylinder", "disc", "box", "hull", "ellipsoid")]
-    + [("disc", "disc"), ("disc", "box"), ("ellipsoid", "ellipsoid"), ("ellipsoid", "disc")],
+    + [("disc", "disc"), ("disc", "box"), ("ellipsoid", "disc")],
 )
 def test_pairs_that_have_no_rule_are_refused(a, b):
-    with pytest.raises(DeckError, match="do not touch each other"):
+    with pytest.raises(DeckError, match="do not touch each other: .* touches planes, balls and capsules"):
         run(f"SHAPE f 0 {card(a)} rot=(1,0,0)\nBODY b m=1 shape={card(b)} y=1\nCONTACT c all e=0", 0.1, "")
+
+
+def test_two_thin_ellipsoids_are_refused():
+    with pytest.raises(DeckError, match="half-axes go up to 10 to 1"):
+        run(
+            "SHAPE f 0 ellipsoid(1,1,1)\nBODY b m=1 shape=ellipsoid(1,1,0.09) y=3\nCONTACT c all e=0", 0.1, ""
+        )
 
 
 @pytest.mark.parametrize("kind", ["box", "hull", "capsule", "ellipsoid"])
