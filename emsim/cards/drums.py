@@ -10,7 +10,7 @@ Every gap is one of two points of the parts, so none is less than the distance, 
 from __future__ import annotations
 
 from .kinematics import add, dot, scale
-from .nearest import NOTHING, PARALLEL, Target, View, largest, meeting, on_shadow
+from .nearest import NOTHING, PARALLEL, Target, View, largest, meeting, root
 from .supports import FLAT, Meeting, within
 
 TYPE_CHECKING = False
@@ -73,18 +73,28 @@ class Lying:
         least = square * one - (dot(flat_c, flat_c) * one - middle * middle)
         # above 0 where it lies flat over the rim
         lies = -largest(s, [lean - FLAT, -least])
-        # of a line that lies flat the ellipse has next to no width
-        width = square * FLAT**4
-        matrix = square * (1.0 - ky * ky) + width, -square * ky * kz, square * (1.0 - kz * kz) + width
-        far, (y, z) = on_shadow(s, matrix, [-c[1], -c[2]])
+        # its half-axes are R across the axis as it is seen, and R |kx| along that, next to nothing where it lies flat
+        width = square * FLAT**3
+        thin, wide = square * kx * kx + width, square + width
+
+        def times(v: Way) -> Way:
+            seen = ky * v[0] + kz * v[1]
+            return [wide * v[0] - square * seen * ky, wide * v[1] - square * seen * kz]
+
+        def by(t: Scalar, v: Way) -> Way:
+            more = square * (ky * v[0] + kz * v[1]) / (thin + t)
+            return [(v[0] + more * ky) / (wide + t), (v[1] + more * kz) / (wide + t)]
+
+        far, (y, z) = root(s, by, times, [-c[1], -c[2]], (thin, wide))
         over = ky * y + kz * z
-        reach = s.b.call("sqrt", NOTHING + (1.0 - over * over))
+        out = (kx, ky - over * y, kz - over * z)
+        reach = s.b.call("sqrt", NOTHING + dot(out, out))
         found = [
             self.touch(f"rim {number}", far, [s.b.const(0.0), y, z], c[0] - big * kx * over / reach, [lies])
         ]
-        wide = s.b.call("sqrt", largest(s, [least, NOTHING]))
+        half = s.b.call("sqrt", largest(s, [least, NOTHING]))
         for side in (-1.0, 1.0):
-            at = (middle + side * wide) / largest(s, [one, FLAT])
+            at = (middle + side * half) / largest(s, [one, FLAT])
             high = along + kx * at
             sign = s.b.select(s.b.call("notless", high, 0.0), 1.0, -1.0)
             label = f"rim {number} {'out' if side > 0.0 else 'in'}"

@@ -231,7 +231,7 @@ def on_ellipse(s: Scene, squares: Sequence[float], p: Sequence[Expr]) -> tuple[E
     def times(v: Way) -> Way:
         return [square * c for square, c in zip(squares, v, strict=True)]
 
-    return _root(s, by, times, p, (min(squares), max(squares)))
+    return root(s, by, times, p, (min(squares), max(squares)))
 
 
 def on_shadow(s: Scene, m: tuple[Expr, Expr, Expr], p: Sequence[Expr]) -> tuple[Expr, Way]:
@@ -248,10 +248,10 @@ def on_shadow(s: Scene, m: tuple[Expr, Expr, Expr], p: Sequence[Expr]) -> tuple[
     def times(v: Way) -> Way:
         return [xx * v[0] + xy * v[1], xy * v[0] + yy * v[1]]
 
-    return _root(s, by, times, p, (middle - spread, middle + spread))
+    return root(s, by, times, p, (middle - spread, middle + spread))
 
 
-def _root(
+def root(
     s: Scene,
     by: Callable[[Scalar, Way], Way],
     times: Callable[[Way], Way],
@@ -274,7 +274,7 @@ def _root(
     for _ in range(12):
         t = largest(s, [step(t), floor])
     # a number without a slope, from which one step goes all the way
-    grain = 1e-12 * squares[1]
+    grain = 1e-12 * squares[0]
     t = step(s.b.call("round", t / grain) * grain)
     z = by(t, p)
     size = s.b.call("sqrt", s.b.const(NOTHING * NOTHING) + dot(z, z))

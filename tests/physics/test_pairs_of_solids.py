@@ -227,6 +227,21 @@ def test_what_lies_on_another_rests(fixed, lies, high):
     assert r["force(c)"][-1] == pytest.approx(2 * G, rel=1e-7) and never_rises(r)
 
 
+@pytest.mark.parametrize("law", ["e=0", "e=0.3", "e=0 mu=0.3"])
+@pytest.mark.parametrize("shape", ["disc(0.12)", "cylinder(0.12,0.03)"])
+@pytest.mark.parametrize(("lean", "spin"), [(0.0, "(0,0.3,0)"), (0.05, "(0,0,0)"), (-0.02, "(0.1,-0.2,0)")])
+def test_what_is_flat_comes_to_lie_on_a_rod(law, shape, lean, spin):
+    """Level, on the two places at which the rod crosses its rim, while it turns about the normal too; where it leans at first, it
+    strikes with its lower side."""
+    where = f"y=0.12 rot=({np.pi / 2!r},0,{lean!r}) omega={spin}"
+    r = run(
+        f"SHAPE f 0 capsule(0.6,0.06) at=(-0.3,0,0)\nBODY b m=1 shape={shape} {where}\nCONTACT c all {law}",
+        0.3,
+        "mode(c) gap(c)",
+    )
+    assert r["mode(c)"][-1] == 2 and np.min(r["gap(c)"]) > -1e-7 and never_rises(r)
+
+
 @pytest.mark.parametrize("mu", [0.0, 3.0])
 def test_a_ball_on_an_ellipsoid_goes_off_as_it_does_by_an_integration(mu):
     """Its centre on the curve r off the ellipse; it slides with its mass m, or rolls with 7/5 m."""
