@@ -322,3 +322,10 @@ def test_what_is_in_another_at_the_start_is_an_error(kind):
     deck = f"SHAPE f 0 box(0.6,0.03,0.03)\nBODY b m=1 shape={card(kind)} x={at}\nCONTACT c all e=0"
     with pytest.raises(DeckError, match="in each other at the start"):
         run(deck, 0.1, "")
+
+
+def test_a_box_on_the_tilted_edge_of_another_only_loses():
+    """Its lower edge meets an edge that leans: that crossing holds it, and no other place of both."""
+    deck = "SHAPE f 0 box(0.3,0.3,0.3) at=(0,-0.2,0) rot=(0.3,0.2,0.5)\nBODY b m=1 shape=box(0.2,0.1,0.16) y=0.25 omega=(0,2,0)"
+    r = run(f"{deck}\nCONTACT c all e=0", 0.5, "gap(c) hits(c)")
+    assert r["hits(c)"][-1] > 0 and np.min(r["gap(c)"]) > -1e-6 and never_rises(r)
