@@ -387,10 +387,11 @@ class Machine(Mechanism):
             for card, law in self.laws
             if law.gap is not None
         ]
-        zero = self.b.const(0.0)
-        values = self.b.eval(self.public_all([zero + apart for _, apart, _ in gaps]), x, 0.0) if gaps else []
+        size = closing.size(self, self.found.x)
+        found = self.public_all([self.b.const(0.0) + apart for _, apart, _ in gaps])
+        values = self.b.eval(found, x, 0.0) if gaps else []
         for (card, _, unit), gap in zip(gaps, values, strict=True):
-            if gap < -INSIDE * (1.0 if unit == "rad" else closing.size(self, self.found.x)):
+            if gap < -INSIDE * (1.0 if unit == "rad" else size):
                 self._fail(
                     "E258",
                     f"rigid parts of {card.spec.word} {card.name} are {-gap:.6g} {unit} in each other at the start",
