@@ -32,7 +32,7 @@ pub struct Bounds {
     pub hi: Vec<f64>,
     /// the effort that they go with, and how much of it is added to lo and hi
     pub with: Vec<Option<(usize, f64, f64)>>,
-    /// the effort of the other direction of one that has two, together within hi of both
+    /// the effort of the next direction of one that has several, in a ring, together within hi of each
     pub pair: Vec<Option<usize>>,
 }
 
@@ -48,6 +48,11 @@ impl Bounds {
 
     fn high(&self, i: usize, f: &[f64]) -> f64 {
         self.hi[i] + self.with[i].map_or(0.0, |(n, _, h)| h * f[n])
+    }
+
+    /// The directions of an effort, its own first.
+    pub fn around(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        std::iter::successors(Some(i), move |&at| self.pair[at].filter(|&next| next != i))
     }
 
     fn fixed(&self, i: usize) -> bool {
