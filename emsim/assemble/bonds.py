@@ -53,3 +53,8 @@ def _check_free(m: Mechanism, card: Card, laws: Sequence[Bond]) -> None:
         hint = "hold=point or hold=distance holds less; LATCH name joint one coordinate"
         m.sink.error("E240", said, card.span, hint)
         m.broken = True
+
+
+def breakable(m: Mechanism) -> str | None:
+    """The first latch that a force or torque breaks."""
+    return next((card.name for card, law in m.laws if law.form == "bond" and law.limits), None)  # type: ignore[attr-defined]

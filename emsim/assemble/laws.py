@@ -49,8 +49,8 @@ def allocate(m: Mechanism, card: Card) -> None:
         if law.form == "relay":
             bound, stick = m.public(law.bound), m.public(law.stick)
             for j, one in enumerate(law.across if law is law.across[0] else (), k):
-                words = (f"{name} {j} share", f"{name} {j} mode")
-                one.flags = [b.flag(one.effort, None, word, law="kept") for word in words]
+                own = (f"{name} {j} share", f"{name} {j} mode")
+                one.flags = [b.flag(one.effort, None, word, law="kept") for word in own]
             share, mode = law.flags[-2:]
             if len(law.across) == 1:
                 effort, speed, along = b.call("abs", law.effort), b.call("abs", flow), share * flow

@@ -346,22 +346,14 @@ class Machine(Mechanism):
                 d = subtract(card.q.pos, card.p.pos)
                 square = self.b.eval([self.public(dot(d, d))], self.found.x, 0.0)[0]
                 if square == 0.0:
-                    self._fail(
-                        "E257",
-                        f"the two points of {card.spec.word} {card.name} coincide at the start: "
-                        "its force has no direction",
-                        card.span,
-                        "start a body elsewhere, or tie them with a joint and put the card on that",
-                    )
+                    said = f"the two points of {card.spec.word} {card.name} coincide at the start"
+                    hint = "start a body elsewhere, or tie them with a joint and put the card on that"
+                    self._fail("E257", f"{said}: its force has no direction", card.span, hint)
         for e, lo, hi, name, warn in self.clamps:
             value = self.b.eval([e], self.found.x, 0.0)[0]
             if not lo <= value <= hi:
-                self.sink.warning(
-                    "W234",
-                    f"{warn} already at the start",
-                    self.span_of(name),
-                    "widen range=, or start the joint inside of it",
-                )
+                hint = "widen range=, or start the joint inside of it"
+                self.sink.warning("W234", f"{warn} already at the start", self.span_of(name), hint)
 
     def _check_gaps(self) -> None:
         """Rigid parts that are in each other where the machine starts."""

@@ -9,6 +9,7 @@ import pytest
 from machines import problems
 from scipy.integrate import quad, solve_ivp
 
+import emsim
 from emsim import pipeline
 
 G = 9.81
@@ -277,3 +278,38 @@ def test_what_is_wrong_is_told(name):
     cards, code, said = WRONG[name]
     found = [d for d in problems(CARTS + cards) if d.code == code]
     assert found and said in found[0].message
+
+
+@pytest.mark.parametrize("method", ["radau", "esdirk", "trbdf2", "trap", "gear", "dop853", "rk45"])
+def test_every_method_that_ends_steps_at_events_catches(method):
+    r = run(
+        CARTS
+        + f"LATCH l a b hold=distance catch={{x(b)-x(a)<0.4}}\n.options method={method}\n.tran 10m 1\n.print tran vx(a) vx(b)"
+    )
+    np.testing.assert_allclose([r["vx(a)"][-1], r["vx(b)"][-1]], 0.875, rtol=1e-9)
+
+
+def test_derivatives_go_through_a_catch_and_not_through_a_break():
+    """v = (m1 v1 + m2 v2)/M, caught at t = 0.6/(v1 - v2): dv/dv1 = 1/4, and where it is at 1.9 s by hand. A break is refused."""
+    text = (
+        "latch\n.param v=2\n"
+        + CARTS.replace("(0,2)", "(0,{v})")
+        + "LATCH l a b hold=distance catch={x(b)-x(a)<0.4}@\n.tran 10m 2\n"
+        + ".meas tran ve find vel(ja) at=1.9\n.meas tran xe find pos(ja) at=1.9\n.end\n"
+    )
+    found = emsim.Deck(text.replace("@", "")).gradient(["ve", "xe"], ["v"])
+    # x = v t* + V (1.9 - t*), t* = 0.6/(v - 0.5), V = (v + 1.5)/4
+    met, slope = 0.4, -0.6 / 1.5**2
+    known = met + 2.0 * slope + 0.25 * (1.9 - met) - 0.875 * slope
+    np.testing.assert_allclose(np.ravel(found.matrix), [0.25, known], rtol=1e-6)
+    with pytest.raises(emsim.ConvergenceError, match="LATCH l breaks"):
+        emsim.Deck(text.replace("@", " force=100")).gradient(["ve", "xe"], ["v"])
+
+
+def test_modes_and_rest_of_what_is_held():
+    """Two carts as one on a spring: sqrt(k/(m1 + m2)), and the distance that stays as it is."""
+    held = "SPRING k ja k=4\nLATCH l a b hold=distance held=yes\n"
+    modes = run(CARTS.replace("(0,2)", "0").replace("(1,0.5)", "1") + held + ".modes")
+    np.testing.assert_allclose(2.0 * math.pi * np.asarray(modes["frequency"]), [0.0, 1.0], atol=1e-9)
+    rest = run(CARTS.replace("(0,2)", "0.3").replace("(1,0.5)", "1") + held + ".op static")
+    np.testing.assert_allclose([rest["pos(ja)"][0], rest["pos(jb)"][0]], [0.0, 0.7], atol=1e-6)
