@@ -8,9 +8,9 @@
 //!   slip      a relay with F = mu f of a corner                           friction where parts touch
 //!   bond      w = 0, or let go f = 0, by its card's conditions            latches, what may break (bonds.rs)
 //!
-//! Parts in space slip in two directions across each other: two relays together, f = -F w/|w| where they slide, |f| <= F at w = 0. While
-//! they slide the direction is that of w, and they are asked where it has turned far from that of the last event: w goes through 0
-//! there, or else its direction is noted again.
+//! Parts in space slip in two directions, a ball joint turns in three: relays together, f = -F w/|w| where they slide, |f| <= F at
+//! w = 0. While they slide the direction is that of w, and they are asked where it has turned far from that of the last event: w goes
+//! through 0 there, or else its direction is noted again.
 //!
 //! Between events each is in a mode, which its flags tell, and equation (1) is smooth: a relay sticks (w = 0) or slides
 //! (f = -s F), a corner is open (f = 0) or closed (w = 0 with g = 0). Where a mode ends:

@@ -1,5 +1,5 @@
 //! Boxed linear complementarity problem:  w = b + A f,  lo <= f <= hi,  w = 0 inside, w >= 0 at lo, w <= 0 at hi.
-//! Friction where parts touch has bounds that go with another effort, lo + l f(n) and hi + h f(n). Where it has two directions: cone.rs.
+//! Friction where parts touch has bounds that go with another effort, lo + l f(n) and hi + h f(n). Where it has several directions: cone.rs.
 //!
 //! A = W^T M^-1 W is symmetric and positive semidefinite up to what circuits add; a little on the diagonal makes it definite, and its
 //! solution is then the least of those there are (effort shared equally where that decides nothing). Principal pivoting by the

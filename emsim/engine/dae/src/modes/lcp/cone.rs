@@ -1,4 +1,4 @@
-//! The same problem with efforts that have two directions: |f| <= r, inside w = 0, at the edge f = -r w/|w|; of friction where parts
+//! The same problem with efforts that have several directions: |f| <= r, inside w = 0, at the edge f = -r w/|w|; of friction where parts
 //! touch r goes with the effort across, so that efforts lie in a cone.
 //!
 //! Efforts are where a step against their flows is projected back to them, f = P(f - rho w). Projected Gauss-Seidel finds which are
