@@ -12,7 +12,8 @@ length of the vector). Swing s and twist t of a turn R with the axis a, without 
 
 from __future__ import annotations
 
-from .kinematics import cross, dot, perpendicular
+from .joints.ball import matrix
+from .kinematics import cross, dot, perpendicular, times
 from .laws import Relay, joined
 from .touch import NOTHING
 
@@ -109,7 +110,11 @@ def swing_and_twist(s: Scene, joint: Any) -> list[Expr]:
     """Of a ball [rad]."""
     b, axis = s.b, joint.kind.axis
     e = [axis, *perpendicular(axis)]
-    p, q = ([s.frame(body).direction(x) for x in e] for body in (joint.a, joint.b))
+    if joint.cut or joint.virtuals:
+        p, q = ([s.frame(body).direction(x) for x in e] for body in (joint.a, joint.b))
+    else:  # the turn is its own
+        turn = matrix([c.q for c in joint.coordinates if c.q_name])
+        p, q = [[*x] for x in e], [times(turn, x) for x in e]
     over = cross(p[0], q[0])
     swing = b.call(
         "atan2", b.call("sqrt", b.const(NOTHING) + dot(over, over)), b.const(0.0) + dot(p[0], q[0])

@@ -62,7 +62,7 @@ class Ball(JointKind):
         return [dot(q, q) - 1.0]
 
     def move(self, moving: Moving, q: Sequence[Scalar], u: Sequence[Scalar], sign: float) -> list[Passed]:
-        moving.orient(_matrix(q), [*u], sign)
+        moving.orient(matrix(q), [*u], sign)
         return []
 
     def closure(self, b: Builder, fa: Frame, fb: Frame, d: Vector) -> Closure:
@@ -72,7 +72,7 @@ class Ball(JointKind):
         return transposed_times(fb.rot.matrix(), subtract(fb.omega, fa.omega))
 
 
-def _matrix(e: Sequence[Scalar]) -> Matrix:
+def matrix(e: Sequence[Scalar]) -> Matrix:
     e0, x, y, z = e
     s = 2.0 / dot(e, e)
     sx, sy, sz = s * x, s * y, s * z
