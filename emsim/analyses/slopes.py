@@ -288,6 +288,7 @@ def told(
     assembly: Assembly, analysis: Analysis, tran: Tran, waves: Waveforms, names: Sequence[str]
 ) -> list[Diagnostic]:
     """Why a run has no end, or its derivatives have none."""
+    from ..assemble.bonds import breakable
     from ..diagnostics import Diagnostic
 
     if waves.status == "failed":
@@ -296,6 +297,9 @@ def told(
         return explain(assembly, tran, waves, [])
     why = waves.refused
     flags = assembly.system.flag_names
+    weak = None if assembly.machine is None else breakable(assembly.machine)
+    if why is None and weak is not None:
+        why = {"kind": "breaks", "flag": None, "t": None, "parameter": None}
     if why is None:
         if not waves.chattering:
             return []
@@ -313,6 +317,7 @@ def told(
             None,
         ),
         "chatter": (f"{flag} slides along its threshold", "give it a hysteresis"),
+        "breaks": (f"how the instant moves at which LATCH {weak} breaks is not known", "leave out its limit"),
         "corner": (
             f"{name} parts corners of sources that fall together, or lets them change places",
             "move them a little apart",

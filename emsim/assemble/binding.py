@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 
-from ..cards import CARDS, quantities
+from ..cards import CARDS, along, quantities
 from ..diagnostics import Fix, instead, suggest
 from ..expr import Node, Scope, evaluate, names
 from ..opened import OpenNumber
@@ -71,12 +71,8 @@ class Binding:
                 self.failed.add(card.name)
             taken[card.name] = card  # the front end has seen that names are unique
             if card.name in (GROUND, "gnd"):
-                self._fail(
-                    "E234",
-                    f"{raw.kind} {card.name}: {card.name} is the ground",
-                    card.span,
-                    "give it another name",
-                )
+                said = f"{raw.kind} {card.name}: {card.name} is the ground"
+                self._fail("E234", said, card.span, "give it another name")
             elif not card.ok:
                 continue
             elif raw.kind == "BODY":
@@ -95,9 +91,8 @@ class Binding:
                     self.gears.append(card)
         for name, (body, _) in self.points.items():
             if body != GROUND and body not in self.bodies:
-                self._fail_name(
-                    "E235", f"POINT {name}: no body is named {body}", body, self.bodies, taken[name].span
-                )
+                said = f"POINT {name}: no body is named {body}"
+                self._fail_name("E235", said, body, self.bodies, taken[name].span)
         for name, shape in self.shapes.items():
             if shape.body != GROUND and shape.body not in self.bodies:
                 said = f"SHAPE {name}: no body is named {shape.body}"
@@ -139,8 +134,11 @@ class Binding:
         """What the joint that a card is, or sits on, does in each coordinate: turn or slide."""
         kind: JointKind | None = getattr(card, "kind", None) if card.spec.word == "JOINT" else None
         for _, what, ref in card.terminals:
-            if what in ("joint", "turnable") and ref.name in self.joints:
-                kind = self.joints[ref.name].kind
+            joint, word = along.found(self.joints, ref.name)
+            if what in ("joint", "turnable") and joint is not None:
+                kind = joint.kind
+                if word and not along.misfit(kind, word, card.acts_on):
+                    return ["turn" if along.turns(kind, word) else "slide"]
                 break
         return [] if kind is None else kind.motions()
 
@@ -151,12 +149,8 @@ class Binding:
             self.failed.add(card.name)
             return
         if ends[0][0] == ends[1][0]:
-            self._fail(
-                "E237",
-                f"JOINT {card.name} ties {ends[0][0]} to itself",
-                card.span,
-                "a joint ties two bodies, or a body to the ground 0; parts of one body need none",
-            )
+            hint = "a joint ties two bodies, or a body to the ground 0; parts of one body need none"
+            self._fail("E237", f"JOINT {card.name} ties {ends[0][0]} to itself", card.span, hint)
             return
         self.joints[card.name] = JointState(card, ends[0], ends[1])
 
@@ -165,25 +159,21 @@ class Binding:
         what = f"{card.spec.word} {card.name}"
         for _, kind, ref in card.terminals:
             if kind == "joint" or (kind == "turnable" and ref.name not in self.bodies):
-                joint = self.joints.get(ref.name)
+                joint, word = along.found(self.joints, ref.name)
                 if joint is None:
                     known = [*self.joints, *self.bodies] if kind == "turnable" else [*self.joints]
-                    is_what = (
-                        " is a body, not a joint" if ref.name in self.bodies else " is no joint of this deck"
-                    )
+                    is_body = ref.name in self.bodies
+                    is_what = " is a body, not a joint" if is_body else " is no joint of this deck"
                     on = [name for name, j in self.joints.items() if ref.name in (j.b, j.a)]
-                    if ref.name in self.bodies and on and kind == "joint":
+                    if is_body and on and kind == "joint":
                         hint = f"{ref.name} hangs on {' and '.join(on)}: name the joint"
                         fixes = [Fix(ref.span, name) for name in on]
                         self._fail("E236", f"{what}: {ref.name}{is_what}", ref.span, hint, fixes)
                         continue
                     self._fail_name("E236", f"{what}: {ref.name}{is_what}", ref.name, known, ref.span)
-                elif not joint.single:
-                    self._fail(
-                        "E241",
-                        f"{what} needs a pin or a slide, with one coordinate; {ref.name} is a {joint.kind.name}",
-                        ref.span,
-                    )
+                elif along.misfit(joint.kind, word, card.acts_on):
+                    said = f"{what} needs a pin or a slide, with one coordinate; {joint.name} is a {joint.kind.name}"
+                    self._fail("E241", said, ref.span, along.choice(joint.name, joint.kind, card.acts_on))
             elif kind == "point":
                 self._locate_ref(ref, what)
             elif kind == "part" and not self.parts(ref.name):
@@ -201,9 +191,8 @@ class Binding:
             self._fail("E235", f"{what}: {is_what} has no shape that could be touched", ref.span, hint)
         else:
             known = [*self.bodies, *self.shapes]
-            self._fail_name(
-                "E235", f"{what}: no body or shape is named {ref.name}", ref.name, known, ref.span
-            )
+            said = f"{what}: no body or shape is named {ref.name}"
+            self._fail_name("E235", said, ref.name, known, ref.span)
 
     def parts(self, name: str | None = None) -> list[tuple[str, str, Shape]]:
         """(name, body, shape) of a body and what SHAPE adds to it, of one SHAPE, or of all."""
@@ -220,11 +209,8 @@ class Binding:
 
     def _check_ends(self, card: Card, what: str) -> None:
         """Does what acts on bodies act between two, or on one that can move?"""
-        refs = [
-            ref
-            for _, kind, ref in card.terminals
-            if kind in ("point", "turnable") and ref.name not in self.joints
-        ]
+        on_bodies = ("point", "turnable")
+        refs = [ref for _, kind, ref in card.terminals if kind in on_bodies and ref.name not in self.joints]
         ends = [self.locate(ref.name, ORIGIN[:2] if ref.point is not None else None) for ref in refs]
         names = [end[0] for end in ends if end is not None]
         if not names or len(names) < len(ends):
@@ -237,12 +223,9 @@ class Binding:
                 "its points are on one body, so its length never changes; it acts between two bodies, or a body and the ground 0",
             )
         elif all(name == GROUND or (name in self.bodies and self.bodies[name].fixed) for name in names):
-            rest = " and ".join(
-                "the ground" if name == GROUND else f"{name}, which is fixed" for name in names
-            )
-            self.sink.warning(
-                "W238", f"{what} has no effect: it acts on {rest}", refs[0].span, "name a body that can move"
-            )
+            rest = ["the ground" if name == GROUND else f"{name}, which is fixed" for name in names]
+            said = f"{what} has no effect: it acts on {' and '.join(rest)}"
+            self.sink.warning("W238", said, refs[0].span, "name a body that can move")
 
     def _locate_ref(self, ref: Ref, what: str) -> tuple[str, tuple[float, ...]] | None:
         """(body, point in its axes) of a word on a card."""
@@ -259,9 +242,8 @@ class Binding:
             if ref.name in self.joints:
                 self._fail("E235", f"{what}: {ref.name} is a joint; a body or point is needed here", ref.span)
             else:
-                self._fail_name(
-                    "E235", f"{what}: no body or point is named {ref.name}", ref.name, known, ref.span
-                )
+                said = f"{what}: no body or point is named {ref.name}"
+                self._fail_name("E235", said, ref.name, known, ref.span)
         return found
 
     def locate(self, name: str, local: tuple[float, ...] | None) -> tuple[str, tuple[float, ...]] | None:
@@ -287,12 +269,6 @@ class Binding:
         self.broken = True
         if word in self.failed or word.rpartition(".")[0] in self.failed:
             return
-        close = suggest(word, known)
-        listed = ", ".join(list(known)[:8])
-        self._fail(
-            code,
-            message,
-            span,
-            f"did you mean {close}?" if close else f"there are: {listed}" if listed else None,
-            instead(span, word, close) if close else [],
-        )
+        close, listed = suggest(word, known), ", ".join(list(known)[:8])
+        hint = f"did you mean {close}?" if close else f"there are: {listed}" if listed else None
+        self._fail(code, message, span, hint, instead(span, word, close) if close else [])

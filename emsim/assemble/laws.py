@@ -2,15 +2,17 @@
 
     relay     sticks: w = 0            slides: f + s F = 0         s: sign of w; held by others: f + s Fs = 0, s a share
     corner    open:   f = 0, mu = 0    closed: dg/dt = 0, g = 0    (stabilised as closed loops are, see equations.py)
-    one way   open:   f = 0            closed: w = 0
+    one way   open:   f = 0            closed: w = 0              (and so a bond, let go or held: bonds.py)
     slip      a relay with F = mu f of a corner; where that is open nothing asks for another mode
-    disc      two relays, sticks: w = 0, 0     slides: f + F w/|w| = 0
+    joined    several relays, sticks: w = 0    slides: f + F w/|w| = 0
 One pattern: the flags choose. Power f w of every law, and mu g of every corner, act as those of closed loops do.
 """
 
 from __future__ import annotations
 
+from ..cards.kinematics import dot
 from ..cards.touch import NOTHING
+from . import bonds
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -34,6 +36,9 @@ def allocate(m: Mechanism, card: Card) -> None:
         if law.gap is not None:
             law.second = b.unknown(f"mu({label})", "mu", "", 0.0)
             law.flow = m.rate(b.const(0.0) + law.gap)
+    if laws and laws[0].form == "bond":
+        bonds.allocate(m, card, laws)  # type: ignore[arg-type]
+        return
     for k, law in enumerate(laws):
         assert law.flow is not None
         flow, way = m.public(law.flow), None
@@ -43,17 +48,14 @@ def allocate(m: Mechanism, card: Card) -> None:
             law.bound, law.stick, law.where = mu * corner.effort, mus * corner.effort, corner.flags[0]
         if law.form == "relay":
             bound, stick = m.public(law.bound), m.public(law.stick)
-            if law is law.across[0]:
-                for j, one in enumerate(law.across, k):
-                    one.flags = [
-                        b.flag(one.effort, None, f"{name} {j} {word}", law="kept")
-                        for word in ("share", "mode")
-                    ]
+            for j, one in enumerate(law.across if law is law.across[0] else (), k):
+                own = (f"{name} {j} share", f"{name} {j} mode")
+                one.flags = [b.flag(one.effort, None, word, law="kept") for word in own]
             share, mode = law.flags[-2:]
             if len(law.across) == 1:
                 effort, speed, along = b.call("abs", law.effort), b.call("abs", flow), share * flow
             else:
-                effort, speed, along, way = _two(m, law)
+                effort, speed, along, way = _several(m, law)
             free = effort - stick
             # behind its threshold where it slides back; held by others where any motion is one
             moves = b.select(mode, along, -speed)
@@ -94,8 +96,8 @@ def allocate(m: Mechanism, card: Card) -> None:
         m.laws.append((card, law))
 
 
-def _two(m: Mechanism, law: Law) -> tuple[Expr, Expr, Expr, Expr]:
-    """Of a law with two directions: |f|, |w|, what ends sliding below 0, and its part of the direction in which it slides, w/|w|.
+def _several(m: Mechanism, law: Law) -> tuple[Expr, Expr, Expr, Expr]:
+    """Of a law with several directions: |f|, |w|, what ends sliding below 0, and its part of the direction of sliding, w/|w|.
 
     Along the direction d of the last event w goes through 0 with it: w/|w| sign(w d) is smooth there, so that a step may lead
     beyond. Elsewhere it is asked again where w has turned by 60 degrees. At rest the direction is d."""
@@ -104,9 +106,9 @@ def _two(m: Mechanism, law: Law) -> tuple[Expr, Expr, Expr, Expr]:
     shares = [one.flags[-2] for one in law.across]
     own = law.across.index(law)
     speed = _size(b, *flows)
-    along = flows[0] * shares[0] + flows[1] * shares[1] - 0.5 * speed
+    along = dot(flows, shares) - 0.5 * speed
     w = [flow + SLOW * share for flow, share in zip(flows, shares, strict=True)]
-    turned = w[0] * shares[0] + w[1] * shares[1]
+    turned = b.const(0.0) + dot(w, shares)
     way = w[own] / _size(b, *w) * (turned / _size(b, turned))
     law.way = b.select(law.flags[-1], way, shares[own])
     return _size(b, *(one.effort for one in law.across)), speed, along, law.way

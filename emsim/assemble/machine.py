@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from math import isfinite
 
+from ..cards import along
 from ..cards.coordinate import OnJointOrPoints
 from ..cards.domains import DOMAINS
 from ..cards.joints.free import FreeInSpace
@@ -222,12 +223,9 @@ class Machine(Mechanism):
 
     def _integral(self, drive: Drive, joint: JointState) -> Expr | None:
         """The coordinate that a DRIVE of a speed prescribes where the joint supplies none."""
-        self._fail(
-            "E245",
-            f"DRIVE {drive.name} prescribes the speed of {joint.name}, which closes a loop",
-            drive.span,
-            f"cut another joint of the loop (cut=yes), so that {joint.name} supplies a coordinate",
-        )
+        said = f"DRIVE {drive.name} prescribes the speed of {joint.name}, which closes a loop"
+        hint = f"cut another joint of the loop (cut=yes), so that {joint.name} supplies a coordinate"
+        self._fail("E245", said, drive.span, hint)
         return None
 
     def _fixed(self) -> dict[str, tuple[float, float, float]]:
@@ -254,13 +252,9 @@ class Machine(Mechanism):
             stay, folded, gap = loops.sort_out(rows)
             self.folded += folded
             if gap:
-                self._fail(
-                    "E242",
-                    f"the loop of joints {', '.join(self.loop_of(name))} cannot close: "
-                    f"{gap} are left at {name} whatever moves",
-                    joint.card.span,
-                    "check the points and axes of the joints",
-                )
+                said = f"the loop of joints {', '.join(self.loop_of(name))} cannot close: {gap} are left at {name}"
+                hint = "check the points and axes of the joints"
+                self._fail("E242", f"{said} whatever moves", joint.card.span, hint)
             for k in stay:
                 label, h, unit = rows[k]
                 self.rows.append(Row(name, k, label, self.b.const(0.0) + h, unit))
@@ -289,12 +283,9 @@ class Machine(Mechanism):
         """A joint that closes a loop and whose coordinates the frames do not tell cannot be held by ic=."""
         for key in ("ic", "guess"):
             if joint.card.given(key) and len(joint.qs) < len(joint.kind.coordinates):
-                self._fail(
-                    "E244",
-                    f"{key}= of {joint.name}: the {joint.kind.name} joint closes a loop and has no coordinates there",
-                    joint.card.place(key),
-                    f"cut another joint of the loop (cut=yes), so that {joint.name} supplies coordinates",
-                )
+                said = f"{key}= of {joint.name}: the {joint.kind.name} joint closes a loop and has no coordinates there"
+                hint = f"cut another joint of the loop (cut=yes), so that {joint.name} supplies coordinates"
+                self._fail("E244", said, joint.card.place(key), hint)
 
     def _couple(self) -> None:
         """Terminals of the couplings become nodes, joints, points; branches are allocated."""
@@ -317,7 +308,7 @@ class Machine(Mechanism):
                     target.joint = self.joints[ref.name] if on_joint else None
                     target.body = None if on_joint else self.frames[ref.name]
                 elif kind == "joint":
-                    setattr(target, label, self.joints[ref.name])
+                    setattr(target, label, along.view(self, *along.found(self.joints, ref.name)))
                 elif kind in DOMAINS:
                     setattr(target, label, self.domains.named(kind, ref.name, ref.span))
             self.active.append(card)
@@ -345,12 +336,8 @@ class Machine(Mechanism):
         spin = self.frames[body.name].spin()
         if (is_zero(spin[0]) and is_zero(spin[1])) or body.spatial_inertia:
             return
-        self._fail(
-            "E248",
-            f"body {body.name} turns out of the plane, and its inertia is known about z alone",
-            body.span,
-            "give j=(Jxx,Jyy,Jzz) or shape=",
-        )
+        said = f"body {body.name} turns out of the plane, and its inertia is known about z alone"
+        self._fail("E248", said, body.span, "give j=(Jxx,Jyy,Jzz) or shape=")
 
     def _check_start(self) -> None:
         """Points that coincide where their direction is needed, wipers beyond their ends."""
@@ -359,22 +346,14 @@ class Machine(Mechanism):
                 d = subtract(card.q.pos, card.p.pos)
                 square = self.b.eval([self.public(dot(d, d))], self.found.x, 0.0)[0]
                 if square == 0.0:
-                    self._fail(
-                        "E257",
-                        f"the two points of {card.spec.word} {card.name} coincide at the start: "
-                        "its force has no direction",
-                        card.span,
-                        "start a body elsewhere, or tie them with a joint and put the card on that",
-                    )
+                    said = f"the two points of {card.spec.word} {card.name} coincide at the start"
+                    hint = "start a body elsewhere, or tie them with a joint and put the card on that"
+                    self._fail("E257", f"{said}: its force has no direction", card.span, hint)
         for e, lo, hi, name, warn in self.clamps:
             value = self.b.eval([e], self.found.x, 0.0)[0]
             if not lo <= value <= hi:
-                self.sink.warning(
-                    "W234",
-                    f"{warn} already at the start",
-                    self.span_of(name),
-                    "widen range=, or start the joint inside of it",
-                )
+                hint = "widen range=, or start the joint inside of it"
+                self.sink.warning("W234", f"{warn} already at the start", self.span_of(name), hint)
 
     def _check_gaps(self) -> None:
         """Rigid parts that are in each other where the machine starts."""
@@ -387,10 +366,11 @@ class Machine(Mechanism):
             for card, law in self.laws
             if law.gap is not None
         ]
-        zero = self.b.const(0.0)
-        values = self.b.eval(self.public_all([zero + apart for _, apart, _ in gaps]), x, 0.0) if gaps else []
+        size = closing.size(self, self.found.x)
+        found = self.public_all([self.b.const(0.0) + apart for _, apart, _ in gaps])
+        values = self.b.eval(found, x, 0.0) if gaps else []
         for (card, _, unit), gap in zip(gaps, values, strict=True):
-            if gap < -INSIDE * (1.0 if unit == "rad" else closing.size(self, self.found.x)):
+            if gap < -INSIDE * (1.0 if unit == "rad" else size):
                 self._fail(
                     "E258",
                     f"rigid parts of {card.spec.word} {card.name} are {-gap:.6g} {unit} in each other at the start",

@@ -7,6 +7,7 @@ unknowns of their own: Q is what is differentiated, F = -unknown.
 
 from __future__ import annotations
 
+from ..cards import along
 from ..cards.base import PROBES as CARD_PROBES
 from ..cards.domains import ACROSS
 from ..cards.joints import WORDS
@@ -175,9 +176,11 @@ def _motion(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None:
     kind, own = joint.kind, m.own_symbols
     if own is not None and name in own.coordinates and any(c.word == fn for c in kind.coordinates):
         return own.coordinates[name]
+    if any(c.word == fn for c in kind.measures):
+        return m.own_aware(along.view(m, joint, fn).q)
     found = _of_joint(joint, fn)
     if found is None:
-        words = " ".join(c.word for c in (*kind.coordinates, *kind.speeds))
+        words = " ".join(c.word for c in (*kind.coordinates, *kind.speeds, *kind.measures))
         twin = TWINS.get(fn, "")
         hint: str | None
         fixes: list[Fix] = []

@@ -26,6 +26,7 @@ INDEX = {
     "FRICTION": "friction Friction",
     "FREEWHEEL": "freewheel Freewheel",
     "STOP": "stop Stop",
+    "LATCH": "latch Latch",
     "GEAR": "gear Gear",
     "RATIO": "ratio Ratio",
     "BELT": "belt Belt",

@@ -67,6 +67,8 @@ if TYPE_CHECKING:
         @property
         def u(self) -> Expr: ...
         @property
+        def us(self) -> Sequence[Expr]: ...  # all of its speeds, one or several at right angles
+        @property
         def rotary(self) -> bool: ...  # q is an angle [rad]; otherwise a displacement [m]
 
     class PointView(Protocol):
@@ -298,6 +300,7 @@ class Card:
     from_start = False  # its constraints hold what they are at the start
     drawn = True  # has it a shape of its own? What another card stands for has none
     limits = "widen range=, or keep the joint inside of it"  # what mends that a number has come to its end in a run
+    acts_on = ""  # what of a joint it acts on: its coordinate; "one": by its word; "several": a vector of speeds too (along.py)
     grouped = False  # names stand in parentheses behind its own: the nodes of several windings
 
     @classmethod

@@ -95,12 +95,9 @@ class Between(Turning, Card):
             return f"{named} bound half-spaces, which are in each other", "leave one of them out"
         if one.normal or other.normal:
             return None
-        for name, solid in ((a[0], one), (b[0], other)):
-            if solid.half is None:
-                said = f"{named} do not touch each other: {solid.kind}(..) touches planes alone"
-                hint = f"SHAPE {name}2 {name} box(w,h,d), capsule(l,r) or ball(r) in its place; a plane is plane(nx,ny,nz)"
-                return said, hint
-        if self.k is not None and any(one.half or ()) and any(other.half or ()):
+        if wrong := pairs.unknown(a[0], one, b[0], other):
+            return f"{named} do not touch each other: {wrong[0]}", wrong[1]
+        if self.k is not None and "ball" not in (pairs.kind(one), pairs.kind(other)):
             said = f"{named} have no elastic law k=: of corners and edges alone rigid ones have"
             return said, "leave k= out: rigid parts, e= gives back a share"
         return None
@@ -109,15 +106,14 @@ class Between(Turning, Card):
         """Of all pairs of polygons, for the start: no corner need be inside where two cross."""
         if s.in_space:
             return self._separations_in_space(s)
-        straight = [(a, b) for a, b in self.pairs(s) if not (a[2].radius or b[2].radius)]
-        return [separation(s, a, b) for a, b in straight]
+        return [separation(s, a, b) for a, b in self.pairs(s) if not (a[2].radius or b[2].radius)]
 
     def _separations_in_space(self, s: Scene) -> list[Expr]:
-        found = []
+        found: list[Expr] = []
         for a, b in self.pairs(s):
             one, other = a[2].solid, b[2].solid
-            if one and other and one.half and other.half and (all(one.half) or all(other.half)):
-                found.append(pairs.separation(s, (*a[:2], one), (*b[:2], other)))
+            if one and other and not (one.normal or other.normal) and not pairs.unknown("", one, "", other):
+                found += pairs.separations(s, (*a[:2], one), (*b[:2], other))
         return found
 
     def _takes(self, s: Scene, a: Shape, b: Shape, what: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .along import drawn
 from .base import Card
 
 TYPE_CHECKING = False
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
 class OnJointOrPoints(Card):
     """A card whose coordinate is that of a joint, or the distance of two points."""
 
+    acts_on = "one"
     joint: JointView | None = None
     p: PointView
     q: PointView
@@ -38,6 +40,6 @@ class OnJointOrPoints(Card):
         unit = "N m" if word == "torque" else "N"
         carried = {"effort": draw.channel(f"{word}({self.name})", unit, effort), "unit": unit}
         if self.joint is not None:
-            draw.add(kind, self, **draw.joint(self.joint.name), **carried)
+            draw.add(kind, self, **drawn(draw, self.joint), **carried)
         else:
             draw.add(kind, self, p=draw.terminal(self, "p"), q_=draw.terminal(self, "q"), **carried)

@@ -2,6 +2,7 @@
 
     effort = -F(u) sgn(u),  F(u) = fc + (fs - fc) exp(-(u/vs)^2);  at rest anything up to fs
     and -b u
+On a ball joint, or p.slide of a planar one (along.py), u is a vector and sgn(u) is u/|u|: at rest |effort| is up to fs.
 With mu= the joint's own load N does it: fc = mu N, fs = mus N, on a pin times radius=. N is the force between the joint's parts
 across its free direction, moments left out.
 `model=smooth` writes fc tanh(u/vs) in its place: what should stick creeps then.
@@ -9,17 +10,19 @@ across its free direction, moments left out.
 
 from __future__ import annotations
 
+from .along import drawn, length, rubbing, size
 from .base import Card, Default, Spec, is_number
-from .laws import Relay
+from .kinematics import dot
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from typing import Any
 
     from .._engine import Expr
     from ..diagnostics import Sink
     from .base import JointView, Net, Pen, Powers, Probes, Resistances, Scalar, Scene
-    from .laws import Law
+    from .laws import Law, Relay
 
 
 class Friction(Card):
@@ -51,22 +54,20 @@ class Friction(Card):
     b: float
     model: str
     joint: JointView
-    law: Relay | None = None
+    acts_on = "several"
+    rubs: Sequence[Relay] = ()
 
     def check(self, sink: Sink) -> None:
         what = f"FRICTION {self.name}"
         self._check_load(what, sink)
-        if is_number(self.fc) and self.fc < 0.0:
-            said = f"fc= of {what} is {self.fc:g}; friction cannot be below 0"
-            sink.error("E238", said, self.place("fc"))
-        elif is_number(self.fs) and self.fs < 0.0:
-            said = f"fs= of {what} is {self.fs:g}; friction cannot be below 0"
-            sink.error("E238", said, self.place("fs"))
+        below = [key for key in ("fc", "fs") if is_number(value := getattr(self, key)) and value < 0.0]
+        if below:
+            said = f"{below[0]}= of {what} is {getattr(self, below[0]):g}; friction cannot be below 0"
+            sink.error("E238", said, self.place(below[0]))
         elif is_number(self.fc) and is_number(self.fs) and self.fs < self.fc:
             said = f"fs= of {what} is {self.fs:g}, less than fc= {self.fc:g}: what slides would be held more than what rests"
-            sink.error(
-                "E238", said, self.place("fs"), "fs= is the friction that must be overcome, the larger one"
-            )
+            hint = "fs= is the friction that must be overcome, the larger one"
+            sink.error("E238", said, self.place("fs"), hint)
         if self.model == "smooth":
             if self.vs is None:
                 said = f"{what} needs vs= for model=smooth: the speed over which the force is smoothed"
@@ -86,12 +87,8 @@ class Friction(Card):
                 sink.error("E230", f"{what} needs fc= or mu=", self.span, self.spec.form)
             for key in ("mus", "radius"):
                 if self.given(key):
-                    sink.error(
-                        "E240",
-                        f"{key}= of {what} belongs to mu=",
-                        self.place(key),
-                        "give mu=, or leave it out",
-                    )
+                    said = f"{key}= of {what} belongs to mu="
+                    sink.error("E240", said, self.place(key), "give mu=, or leave it out")
             return
         for key in ("fc", "fs"):
             if self.given(key):
@@ -112,9 +109,8 @@ class Friction(Card):
             said = f"{what} needs radius=: friction acts on {self.joint.name} at the radius of its pin"
             s.sink.error("E230", said, self.place("mu"))
         elif not self.joint.rotary and self.radius is not None:
-            s.sink.error(
-                "E240", f"radius= of {what} is for a pin; {self.joint.name} slides", self.place("radius")
-            )
+            said = f"radius= of {what} is for a pin; {self.joint.name} slides"
+            s.sink.error("E240", said, self.place("radius"))
         return load if load is None or self.radius is None else self.radius * load
 
     def prepare(self, s: Scene) -> None:
@@ -131,47 +127,56 @@ class Friction(Card):
         self.sliding = sliding
         if self.model == "smooth":
             return
-        u = self.joint.u
         bound: Scalar = sliding
         if self.vs is not None:
-            bound = sliding + (stick - sliding) * s.b.call("exp", -(u / self.vs) * (u / self.vs))
-        self.law = Relay(u, bound, stick, "N m" if self.joint.rotary else "N")
+            share = [u / self.vs for u in self.joint.us]
+            bound = sliding + (stick - sliding) * s.b.call("exp", s.b.const(0.0) - dot(share, share))
+        self.rubs = rubbing(self.joint.us, bound, stick, "N m" if self.joint.rotary else "N")
 
     def laws(self, s: Scene) -> list[Law]:
-        return [] if self.law is None else [self.law]
+        return [*self.rubs]
 
     def powers(self, s: Scene) -> Powers:
-        u = self.joint.u
-        result: Powers = [(-self.b * u, u)] if self.b else []
-        if self.law is None:
-            result.append((self._smooth(s), u))
-        return result
+        us = self.joint.us
+        result: Powers = [(-self.b * u, u) for u in us] if self.b else []
+        return result if self.rubs else [*result, *zip(self._smooth(s), us, strict=True)]
 
-    def _smooth(self, s: Scene) -> Expr:
+    def _smooth(self, s: Scene) -> list[Expr]:
+        """Against the speed, or the direction of the vector."""
         assert self.vs is not None
-        return -self.sliding * s.b.call("tanh", self.joint.u / self.vs)
+        us, speed = self.joint.us, size(s.b, self.joint.us)
+        share = -self.sliding * s.b.call("tanh", speed / self.vs)
+        return [share] if len(us) == 1 else [share / speed * u for u in us]
 
-    def _effort(self, s: Scene) -> Expr:
-        dry = self._smooth(s) if self.law is None else self.law.effort
-        return dry - self.b * self.joint.u if self.b else dry
+    def _efforts(self, s: Scene) -> list[Expr]:
+        dry = [law.effort for law in self.rubs] or self._smooth(s)
+        return [e - self.b * u for e, u in zip(dry, self.joint.us, strict=True)] if self.b else dry
 
     def probes(self, s: Scene) -> Probes:
-        effort, u = self._effort(s), self.joint.u
-        found: Probes = {"torque" if self.joint.rotary else "force": effort, "slip": u, "power": effort * u}
-        if self.law is not None:
-            found["mode"] = self.law.mode
+        """torque(card) and slip(card); of a vector their lengths, and torque(card,k) its components."""
+        efforts, us = self._efforts(s), self.joint.us
+        word = "torque" if self.joint.rotary else "force"
+        found: Probes = {
+            word: length(s.b, efforts),
+            "slip": length(s.b, us),
+            "power": s.b.const(0.0) + dot(efforts, us),
+        }
+        if len(us) > 1:
+            found.update({f"{word},{k}": e for k, e in enumerate(efforts, 1)})
+        if self.rubs:
+            found["mode"] = self.rubs[0].mode
         return found
 
     def losses(self, s: Scene) -> Scalar | None:
-        return -(self._effort(s) * self.joint.u)
+        return s.b.const(0.0) - dot(self._efforts(s), self.joint.us)
 
     def thermal(self, s: Scene) -> Resistances:
-        return [("", self.b, self.joint.u)] if self.b else []
+        return [("", self.b, u) for u in self.joint.us] if self.b else []
 
     def glyph(self, draw: Pen) -> None:
         word, unit = ("torque", "N m") if self.joint.rotary else ("force", "N")
-        effort = draw.channel(f"{word}({self.name})", unit, self._effort(draw.m))
-        draw.add("friction", self, **draw.joint(self.joint.name), effort=effort, unit=unit)
+        effort = draw.channel(f"{word}({self.name})", unit, length(draw.m.b, self._efforts(draw.m)))
+        draw.add("friction", self, **drawn(draw, self.joint), effort=effort, unit=unit)
 
     def analogue(self, net: Net) -> None:
         net.refuse(self, "has modes, and no element of a circuit has")

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     Vector = tuple[float, ...]
     Face = tuple[int, int, int]
+    Flat = tuple[Vector, float]
+    Side = tuple[int, int, int, int]
 
 MOST = 100  # corners: each is a place of touch with unknowns of its own
 FLAT = 1e-9  # of the largest extent: a point that stands out by less is no corner
@@ -21,7 +23,9 @@ FLAT = 1e-9  # of the largest extent: a point that stands out by less is no corn
 
 class Hull:
     """`corners` [m], `faces` of three numbers of corners, counter-clockwise from outside; `volume` [m^3], `centre` [m] and
-    `inertia` Jxx Jyy Jzz Jxy Jxz Jyz by mass [m^2] about it. ValueError where the points lie in one plane."""
+    `inertia` Jxx Jyy Jzz Jxy Jxz Jyz by mass [m^2] about it. Triangles that lie in one plane are one of `flats`: their normal n
+    [1] and d [m], n . p = d on them. `edges` are where two such meet: two corners and the flats left and right of the way from
+    one to the other, seen from outside. ValueError where the points lie in one plane."""
 
     def __init__(self, points: Sequence[Sequence[float]]) -> None:
         found = [*dict.fromkeys(tuple(float(v) for v in p) for p in points)]
@@ -37,14 +41,15 @@ class Hull:
         self.corners: list[Vector] = [found[k] for k in used]
         self.faces: list[Face] = [(place[a], place[b], place[c]) for a, b, c in faces]
         self._weigh()
+        self._unfold()
 
     def _first(self, points: list[Vector]) -> list[Face]:
         """A tetrahedron of points that are far apart."""
         a = min(range(len(points)), key=lambda k: points[k])
         b = max(range(len(points)), key=lambda k: _square(_less(points[k], points[a])))
         side = _less(points[b], points[a])
-        c = max(range(len(points)), key=lambda k: _square(_cross(side, _less(points[k], points[a]))))
-        normal = _cross(side, _less(points[c], points[a]))
+        c = max(range(len(points)), key=lambda k: _square(crossed(side, _less(points[k], points[a]))))
+        normal = crossed(side, _less(points[c], points[a]))
         size = _square(normal) ** 0.5
         d = max(range(len(points)), key=lambda k: abs(_dot(normal, _less(points[k], points[a]))))
         high = _dot(normal, _less(points[d], points[a]))
@@ -64,9 +69,37 @@ class Hull:
         gone = set(seen)
         return [face for face in faces if face not in gone] + [(p, q, k) for p, q in rim]
 
+    def _unfold(self) -> None:
+        """Flats and edges."""
+        at = {(face[j], face[(j + 1) % 3]): n for n, face in enumerate(self.faces) for j in range(3)}
+        flat = [*range(len(self.faces))]
+        areas = []
+        for face in self.faces:
+            p, q, r = (self.corners[k] for k in face)
+            areas.append(crossed(_less(q, p), _less(r, p)))
+        for (a, b), n in at.items():
+            m = at[b, a]
+            beyond = next(c for c in self.faces[m] if c not in (a, b))
+            high = _dot(areas[n], _less(self.corners[beyond], self.corners[a]))
+            if abs(high) <= self.flat * _square(areas[n]) ** 0.5 and flat[n] != flat[m]:
+                flat = [flat[n] if k == flat[m] else k for k in flat]
+        numbers = {k: n for n, k in enumerate(dict.fromkeys(flat))}
+        self.flats: list[Flat] = []
+        for k in numbers:
+            whole = [
+                sum(c) for c in zip(*(a for a, m in zip(areas, flat, strict=True) if m == k), strict=True)
+            ]
+            way = tuple(c / _square(whole) ** 0.5 for c in whole)
+            self.flats.append((way, _dot(way, self.corners[self.faces[k][0]])))
+        self.edges: list[Side] = [
+            (a, b, numbers[flat[n]], numbers[flat[at[b, a]]])
+            for (a, b), n in at.items()
+            if a < b and flat[n] != flat[at[b, a]]
+        ]
+
     def _above(self, points: list[Vector], face: Face, p: Vector) -> bool:
         a, b, c = (points[k] for k in face)
-        normal = _cross(_less(b, a), _less(c, a))
+        normal = crossed(_less(b, a), _less(c, a))
         return _dot(normal, _less(p, a)) > self.flat * _square(normal) ** 0.5
 
     def _weigh(self) -> None:
@@ -75,7 +108,7 @@ class Hull:
         total, first, second = 0.0, [0.0] * 3, [[0.0] * 3 for _ in range(3)]
         for face in self.faces:
             p, q, r = (_less(self.corners[k], middle) for k in face)
-            c = _dot(p, _cross(q, r))
+            c = _dot(p, crossed(q, r))
             total += c / 6.0
             for i in range(3):
                 si = p[i] + q[i] + r[i]
@@ -96,7 +129,7 @@ def _less(a: Sequence[float], b: Sequence[float]) -> Vector:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-def _cross(a: Vector, b: Vector) -> Vector:
+def crossed(a: Vector, b: Vector) -> Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 

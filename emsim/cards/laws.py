@@ -5,7 +5,7 @@ in the speeds, with a convex dissipation potential or the indicator of an inequa
     Corner(gap, e)               0 <= gap, 0 <= effort, one of them is 0; restitution e      rigid stops
     OneWay(flow)                 0 <= flow, 0 <= effort, one of them is 0                    freewheels
     Slip(flow, corner, mu, mus)  a relay whose bound is mu times the effort of a corner      friction where rigid parts touch
-    disc(relay, relay)           one law of two directions: efforts within a circle, against the flow      both, in space
+    joined(relays)               one law of two or three directions: their length within the bound         both, in space
 
 A stop is an ideal diode, friction a limiter of current. The power effort * flow goes into the machine: forces follow by
 differentiation. The engine knows when a mode ends and which follow (engine/dae/src/modes.rs); no card writes event logic. Once
@@ -55,11 +55,11 @@ class Law:
             None  # by whose effort it is bounded: mu, and mus at rest
         )
         self.edge: Edge | None = None  # of a corner to one of several edges
-        self.across: list[Law] = [self]  # both of a law with two directions
+        self.across: list[Law] = [self]  # all of a law with several directions
         # by the compiler
         self.row = self.second = -1  # unknowns: the effort, and of a corner the correction of positions
         self.effort: Expr
-        self.way: Expr  # with two directions: by what its bound is multiplied where it slides
+        self.way: Expr  # with several directions: by what its bound is multiplied where it slides
         self.flags: list[Expr]
 
 
@@ -76,13 +76,13 @@ class Relay(Law):
 
     @property
     def share(self) -> Expr:
-        """-effort by bound where it slides: 1 or -1; where others hold the same motion, -effort by stick. With two directions:
-        what it was at the last event."""
+        """-effort by bound where it slides: 1 or -1; where others hold the same motion, -effort by stick. With several
+        directions: what it was at the last event."""
         return self.flags[1]
 
     @property
     def mode(self) -> Expr:
-        """0 sticks, -1 and 1 slide; with two directions 1."""
+        """0 sticks, -1 and 1 slide; with several directions 1."""
         return self.flags[2]
 
 
@@ -94,10 +94,11 @@ class Slip(Relay):
         self.normal = corner, mu, mus
 
 
-def disc(one: Relay, other: Relay) -> list[Relay]:
-    """Both relays as one law: flows along two directions at right angles, bounds alike."""
-    one.across = other.across = [one, other]
-    return [one, other]
+def joined(relays: list[Relay]) -> list[Relay]:
+    """As one law: flows along directions at right angles, bounds alike."""
+    for relay in relays:
+        relay.across = [*relays]
+    return relays
 
 
 class Inequality(Law):

@@ -42,7 +42,7 @@ SIGNS = (-1.0, 1.0)
 class Solid:
     """Where a shape is in its body: `at` its middle [m], `axes` its own in those of the body. One of
     `half`     three half-lengths [m], with what is within `radius` of them: a ball, a capsule, a box
-    `corners`  of a hull, in the axes of the body [m]
+    `corners`  of a hull, in the axes of the body [m], with its `faces`, `flats` and `edges` (hulls.py)
     `rims`     middles of the rims of a cylinder, one of a thin disc, with `radius`; its axis is the third
     `semi`     three half-axes of an ellipsoid [m]
     `normal`   of a plane, in the axes of the body
@@ -58,6 +58,8 @@ class Solid:
         self.normal: Vector | None = None
         self.corners: list[Vector] = []
         self.faces: list[tuple[int, int, int]] = []
+        self.flats: list[hulls.Flat] = []
+        self.edges: list[hulls.Side] = []
         self.rims: list[Vector] = []
         self.inertia: Vector = (0.0,) * 6
         getattr(self, f"_{kind}")(*sizes)
@@ -106,6 +108,7 @@ class Solid:
     def _hull(self, *numbers: float) -> None:
         found = hulls.Hull([numbers[k : k + 3] for k in range(0, len(numbers), 3)])
         self.corners, self.faces = found.corners, found.faces
+        self.flats, self.edges = found.flats, found.edges
         self.at, self.inertia = found.centre, found.inertia
 
     def placed(self, at: Sequence[float], turn: Sequence[Vector]) -> None:
@@ -120,6 +123,8 @@ class Solid:
         self.at, self.axes = moved(self.at), tuple(map(turned, self.axes))
         self.corners, self.rims = [*map(moved, self.corners)], [*map(moved, self.rims)]
         self.normal = self.normal and turned(self.normal)
+        flats = [(turned(n), d) for n, d in self.flats]
+        self.flats = [(n, d + sum(a * b for a, b in zip(n, at, strict=True))) for n, d in flats]
 
     @property
     def size(self) -> float:

@@ -7,6 +7,7 @@ coordinate: the lower end pushes up it. `mode` is -1 at the lower end, 1 at the 
 from __future__ import annotations
 
 from . import touch
+from .along import drawn
 from .base import Card, Default, Spec
 from .touch import Touching
 
@@ -47,6 +48,7 @@ class Stop(Touching, Card):
     e: float | None
     n: float
     joint: JointView
+    acts_on = "one"
 
     def check(self, sink: Sink) -> None:
         what = f"STOP {self.name}"
@@ -75,6 +77,6 @@ class Stop(Touching, Card):
         effort = self.probes(draw.m)[word]
         assert not callable(effort)
         draw.add(
-            "stop", self, **draw.joint(self.joint.name), ends=[self.min, self.max], unit=unit,
+            "stop", self, **drawn(draw, self.joint), ends=[self.min, self.max], unit=unit,
             effort=draw.channel(f"{word}({self.name})", unit, effort),
         )  # fmt: skip

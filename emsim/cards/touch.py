@@ -18,7 +18,7 @@ from itertools import chain
 from math import log1p
 
 from .base import Default
-from .laws import Corner, Relay, Slip, disc
+from .laws import Corner, Relay, Slip, joined
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -233,7 +233,7 @@ def rubbing(flows: list[Scalar], place: Touch | Rigid, mu: float, mus: float, un
         found: list[Relay] = [Slip(flow, place.law, mu, mus, unit) for flow in flows]
     else:
         found = [Relay(flow, mu * place.force, mus * place.force, unit, place.on) for flow in flows]
-    return disc(*found) if len(found) == 2 else found
+    return joined(found)
 
 
 def _sum(s: Scene, terms: list[Expr]) -> Expr:

@@ -40,6 +40,8 @@ BODY part m=1 j=1m look=stl(nut.stl,1m)
 SHAPE foot 0 polygon(0.5,-0.4,0.7,-0.4,0.6,-0.3)
 JOINT ice 0 skate planar ic=(0.6,-0.3,20deg)
 KNIFE blade skate 0 along=(1,0)
+LATCH grip skate(0.1,0) globe hold=distance catch={time>0.1}
+LATCH hook van 0(0.35,0.5) catch={time>0.1} hold=point
 JOINT hinge 0 arm pin zero=-90deg ic=10deg
 JOINT axle 0(0.4,0) wheel pin
 JOINT rail 0(0,-0.4) cart slide

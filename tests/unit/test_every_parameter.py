@@ -39,6 +39,7 @@ NOT_IN_THE_EQUATIONS = {
     *(f"PWM {word}" for word in "clock duty align dead level".split()), "BLOCK clock",
     *(f"FMU {word}" for word in "step kind log".split()),  # tests/fmus/test_units_coupled.py
     "CONTACT mus",  # asked where modes are decided: tests/physics/test_rubbing.py
+    *(f"LATCH {word}" for word in "catch release force torque".split()),  # the same: tests/physics/test_latches.py
     "MOTOR tstall",  # compared with what the others say
     "D off",  # where Newton's method begins
     "D ic",  # without uic; with it the deck is refused
@@ -688,6 +689,10 @@ MACHINES = {
         },
     },
     "FREEWHEEL": {"dir": (ROTOR + "FREEWHEEL f h @\n", "dir=1", "dir=-1")},
+    "LATCH": {
+        "held": (ROTOR + "TORQUE t h tau=1\nLATCH l h catch={time>0.5} @\n", "held=no", "held=yes"),
+        "hold": (FREE.replace("@", "x=1 y=1 vx=1 omega=1") + "LATCH l b 0 catch={time>0.05} @\n", "hold=point", "hold=distance"),
+    },
     "FRICTION": {
         "fc": (ROTOR + "FRICTION f h @\n", "fc=1", "fc=2"),
         "fs": (ROTOR + "FRICTION f h fc=1 vs=1 @\n", "fs=1.5", "fs=2"),

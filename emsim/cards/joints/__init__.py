@@ -36,10 +36,12 @@ KINDS: dict[str, type[JointKind]] = {
 }
 ALIASES = {alias: kind.name for kind in KINDS.values() for alias in kind.aliases}
 # functions that read a coordinate or a speed of a joint by the kind's own words -> unit
-WORDS = {c.word: c.unit for kind in KINDS.values() for c in (*kind.coordinates, *kind.speeds)}
+WORDS = {c.word: c.unit for kind in KINDS.values() for c in (*kind.coordinates, *kind.speeds, *kind.measures)}
 
 
 def readers(word: str) -> str:
     """The kinds that a function reads, as text: pin, cylinder."""
-    kinds = (k for k in KINDS.values() if any(c.word == word for c in (*k.coordinates, *k.speeds)))
+    kinds = (
+        k for k in KINDS.values() if any(c.word == word for c in (*k.coordinates, *k.speeds, *k.measures))
+    )
     return ", ".join(dict.fromkeys(k.name for k in kinds))

@@ -20,10 +20,11 @@ from .rows import together
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import ClassVar
 
     from ..._engine import Builder, Expr
     from ..kinematics import Frame, Matrix, Moving, Scalar, Vector
-    from .base import Closure, Passed
+    from .base import Axis, Closure, Passed
 
 
 class Ball(JointKind):
@@ -31,6 +32,9 @@ class Ball(JointKind):
     meaning = "turn about its point in any direction"
     coordinates = tuple(Coord(f"e{k}", "rad") for k in range(4))
     speeds = tuple(Coord(f"w{k}", "rad/s") for k in "xyz")
+    measures: ClassVar[tuple[Coord, ...]] = (Coord("swing", "rad"), Coord("twist", "rad"))
+    vectors: ClassVar[dict[str, tuple[int, ...]]] = {"": (0, 1, 2)}
+    axis_default: ClassVar[Axis | None] = (0.0, 0.0, 1.0)  # from which swing and twist are told
     quasi = True
     has_zero = False
 
@@ -58,7 +62,7 @@ class Ball(JointKind):
         return [dot(q, q) - 1.0]
 
     def move(self, moving: Moving, q: Sequence[Scalar], u: Sequence[Scalar], sign: float) -> list[Passed]:
-        moving.orient(_matrix(q), [*u], sign)
+        moving.orient(matrix(q), [*u], sign)
         return []
 
     def closure(self, b: Builder, fa: Frame, fb: Frame, d: Vector) -> Closure:
@@ -68,7 +72,7 @@ class Ball(JointKind):
         return transposed_times(fb.rot.matrix(), subtract(fb.omega, fa.omega))
 
 
-def _matrix(e: Sequence[Scalar]) -> Matrix:
+def matrix(e: Sequence[Scalar]) -> Matrix:
     e0, x, y, z = e
     s = 2.0 / dot(e, e)
     sx, sy, sz = s * x, s * y, s * z

@@ -89,6 +89,8 @@ class JointKind:
     coordinates: ClassVar[tuple[Coord, ...]] = ()
     speeds: ClassVar[tuple[Coord, ...]] = ()
     quasi: ClassVar[bool] = False  # N is not the identity
+    measures: ClassVar[tuple[Coord, ...]] = ()  # coordinates that nothing is computed by (../along.py)
+    vectors: ClassVar[dict[str, tuple[int, ...]]] = {}  # speeds that are one vector, "": the joint's own
     main: ClassVar[int] = -1  # the coordinate that a single number of zero= or guess= is for
     in_tree: ClassVar[bool] = True  # False: always cut
     in_plane_only: ClassVar[bool] = False  # another kind stands for it in space

@@ -15,6 +15,7 @@ from .planar import Planar
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import ClassVar
 
     from ..._engine import Builder, Expr
     from ..kinematics import Frame, Moving, Scalar, Vector
@@ -26,6 +27,7 @@ AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 class Free(Planar):
     name = "free"
     in_plane_only = True
+    vectors: ClassVar[dict[str, tuple[int, ...]]] = {}
 
     def closure(self, b: Builder, fa: Frame, fb: Frame, d: Vector) -> Closure:
         return []
@@ -38,6 +40,9 @@ class FreeInSpace(Ball):
     meaning = "slide along x, y, z, turn in any direction"
     coordinates = (*(Coord(axis, "m", axis) for axis in "xyz"), *Ball.coordinates)
     speeds = (*(Coord(f"v{axis}", "m/s") for axis in "xyz"), *Ball.speeds)
+    measures = ()
+    vectors: ClassVar[dict[str, tuple[int, ...]]] = {}
+    axis_default = None
     drawn = "none"
 
     @classmethod

@@ -9,6 +9,7 @@ from .rows import axis_kept, shifted, turned
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import ClassVar
 
     from ..._engine import Builder
     from ..kinematics import Frame, Scalar, Vector
@@ -20,6 +21,7 @@ class Planar(Chain):
     meaning = "slide along x, slide along y, turn about z"
     coordinates = (Coord("x", "m", "x"), Coord("y", "m", "y"), Coord("angle", "rad", "z"))
     speeds = (Coord("vx", "m/s"), Coord("vy", "m/s"), Coord("omega", "rad/s"))
+    vectors: ClassVar[dict[str, tuple[int, ...]]] = {"slide": (0, 1)}
     drawn = "none"
 
     def closure(self, b: Builder, fa: Frame, fb: Frame, d: Vector) -> Closure:

@@ -20,6 +20,7 @@ from .friction import friction
 from .gear import gear
 from .joint import joint
 from .knife import knife
+from .latch import latch
 from .looks import ball, spoked, toothed_body, wagon
 from .mesh import mesh
 from .motor import motor
@@ -47,7 +48,7 @@ GLYPHS: dict[str, Glyph] = {
     "mesh": (0, mesh),
     "joint": (1, joint), "spring": (1, elastic), "damper": (1, elastic), "gear": (0, gear), "belt": (1, belt), "cam": (0, cam),
     "stop": (1, stop), "contact": (1, contact), "ratio": (1, ratio), "knife": (1, knife), "rope": (1, rope), "beam": (0, beam),
-    "friction": (1, friction),
+    "friction": (1, friction), "latch": (1, latch),
     "motor": (2, motor), "pot": (2, pot), "force": (2, force), "torque": (2, torque), "drive": (2, drive),
     "transducer": (2, transducer),
 }  # fmt: skip

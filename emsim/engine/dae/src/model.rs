@@ -119,12 +119,14 @@ pub enum Form {
     Corner,
     /// 0 <= flow, 0 <= effort, one of them is 0
     OneWay,
+    /// flow 0 while it is held, effort 0 while it is let go; gap: is it held at the start, stick: does a condition let it go
+    Bond,
 }
 
 /// A set-valued law between an effort, which is the unknown `row`, and a flow, which is linear in the speeds. Its flags:
 /// relay: does it slide, share of the bound (as a sign where it slides), mode as it is shown, with two directions 1 where it slides and
-/// the share in which it did so at the last event; corner and one way: is it closed, then
-/// how often it has hit, its impulses, the energy that they took.
+/// the share in which it did so at the last event; the others: is it closed, then
+/// how often it has hit, its impulses, the energy that they took; of a bond whether it has broken.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LawSpec {
     pub form: Form,
@@ -139,10 +141,15 @@ pub struct LawSpec {
     pub normal: Option<Normal>,
     /// of a relay: by what its bound is multiplied in its row where it slides
     pub way: Id,
-    /// of a relay with two directions: the law of the other one. Together they are within the bound, and against both flows.
+    /// of a relay with several directions: the law of the next one, in a ring. Together they are within the bound, and against all flows.
     pub across: Option<usize>,
     /// of a corner whose gap is to one of several edges
     pub feature: Option<Feature>,
+}
+
+/// The directions of a law, its own first.
+pub fn around(list: &[LawSpec], k: usize) -> impl Iterator<Item = usize> + '_ {
+    std::iter::successors(Some(k), move |&at| list[at].across.filter(|&next| next != k))
 }
 
 impl LawSpec {

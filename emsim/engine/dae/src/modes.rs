@@ -6,10 +6,11 @@
 //!   corner    0 <= g, 0 <= f, g f = 0, w = dg/dt, restitution e           rigid stop
 //!   one way   0 <= w, 0 <= f, w f = 0                                     freewheel
 //!   slip      a relay with F = mu f of a corner                           friction where parts touch
+//!   bond      w = 0, or let go f = 0, by its card's conditions            latches, what may break (bonds.rs)
 //!
-//! Parts in space slip in two directions across each other: two relays together, f = -F w/|w| where they slide, |f| <= F at w = 0. While
-//! they slide the direction is that of w, and they are asked where it has turned far from that of the last event: w goes through 0
-//! there, or else its direction is noted again.
+//! Parts in space slip in two directions, a ball joint turns in three: relays together, f = -F w/|w| where they slide, |f| <= F at
+//! w = 0. While they slide the direction is that of w, and they are asked where it has turned far from that of the last event: w goes
+//! through 0 there, or else its direction is noted again.
 //!
 //! Between events each is in a mode, which its flags tell, and equation (1) is smooth: a relay sticks (w = 0) or slides
 //! (f = -s F), a corner is open (f = 0) or closed (w = 0 with g = 0). Where a mode ends:
@@ -35,11 +36,12 @@
 //!    others touch without a force. Friction there would have no bound else.
 //!
 //! A = W^T M^-1 W and all that circuits and closed loops add to it is read from the factors of that step, a column a law.
-use crate::model::{Form, Law, LawSpec, Normal};
+use crate::model::{around, Form, Law, LawSpec, Normal};
 use crate::newton::{Newton, Tolerances};
 use crate::rounding::SAME;
 use crate::system::{Kind, Reading, System, Work};
 
+mod bonds;
 mod impact;
 mod lcp;
 mod look;
@@ -134,7 +136,7 @@ impl Event<'_> {
     /// Did this law ask, in one of its directions?
     fn hit(&self, k: usize) -> bool {
         let list = self.list();
-        [Some(k), list[k].across].iter().flatten().any(|&k| self.fired.contains(&list[k].flags[0]))
+        around(list, k).any(|k| self.fired.contains(&list[k].flags[0]))
     }
 }
 
@@ -183,7 +185,7 @@ impl Modes {
                 let side = if speed > moves[k] { side } else { 0.0 };
                 put_relay(sys, w, law, true, side, shown(law, side, speed > moves[k]));
             } else {
-                sys.put_mode(w, law.closed(), 0.0);
+                sys.put_mode(w, law.closed(), if law.form == Form::Bond { readings[k].gap } else { 0.0 });
             }
         }
     }
@@ -260,6 +262,7 @@ impl Modes {
         put_bands(sys, p.w, &moves, &gaps, tol);
         seize(sys, p.w, &before);
         let e = Event { sys, tol, short, fired, moves, gaps };
+        self.bond(&e, &mut p)?;
         self.strike(&e, &mut p)?;
         let asked = self.free(&e, &mut p)?;
         if asked.which.is_empty() && self.count <= MANY {
@@ -321,11 +324,10 @@ fn law_at(which: &[usize], law: Option<usize>) -> Option<usize> {
     which.iter().position(|&k| Some(k) == law)
 }
 
-/// How fast the flow of a relay is, with its other direction, and which part of that is its own.
+/// How fast the flow of a relay is, with its other directions, and which part of that is its own.
 fn towards(list: &[LawSpec], readings: &[Reading], k: usize) -> (f64, f64) {
-    let flow = readings[k].flow;
-    let speed = list[k].across.map_or(flow.abs(), |other| flow.hypot(readings[other].flow));
-    (speed, if speed > 0.0 { flow / speed } else { 0.0 })
+    let speed = around(list, k).map(|k| readings[k].flow).fold(0.0, f64::hypot);
+    (speed, if speed > 0.0 { readings[k].flow / speed } else { 0.0 })
 }
 
 /// The mode of a relay as it is shown, where it slides to that side.
@@ -362,8 +364,8 @@ fn thresholds(sys: &System, slopes: &[(usize, usize, f64)], tol: &Tolerances) ->
     for &(k, unknown, slope) in slopes.iter().filter(|s| sys.unknowns[s.1].kind == Kind::Speed) {
         found[k] = found[k].max(slope.abs() * noise(tol, unknown));
     }
-    for (k, law) in sys.laws.list.iter().enumerate() {
-        found[k] = law.across.map_or(found[k], |other| found[k].max(found[other]));
+    for k in 0..found.len() {
+        found[k] = around(&sys.laws.list, k).map(|k| found[k]).fold(0.0, f64::max);
     }
     found
 }
@@ -397,6 +399,7 @@ fn put_bands(sys: &System, w: &mut Work, moves: &[f64], gaps: &[f64], tol: &Tole
             Form::Relay => [effort, moves[k]],
             Form::Corner => [gaps[k], effort],
             Form::OneWay => [moves[k], effort],
+            Form::Bond => [0.0; 2],
         };
         sys.put_mode_bands(w, law.flags[0], bands);
     }

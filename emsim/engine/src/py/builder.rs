@@ -270,6 +270,7 @@ impl Builder {
             "relay" => Form::Relay,
             "corner" => Form::Corner,
             "one way" => Form::OneWay,
+            "bond" => Form::Bond,
             _ => return Err(PyValueError::new_err(format!("no form `{form}` of a law"))),
         };
         let ids = self.ids(&[r.flow, r.bound, r.stick, r.gap])?;
@@ -296,10 +297,9 @@ impl Builder {
             r.normal.map(|(of, mu, mus)| Ok::<_, PyErr>(Normal { law: of_row(of, "no law bounds it")?, mu, mus }));
         let normal = bounded.transpose()?;
         let across = r.across.map(|row| of_row(row, "no law across it")).transpose()?;
-        if let Some(other) = across {
-            laws[other].across = Some(laws.len());
-        }
-        let restitution = r.restitution;
+        let (restitution, count) = (r.restitution, laws.len());
+        // into the ring of its directions
+        let across = across.map(|other| laws[other].across.replace(count).unwrap_or(other));
         laws.push(LawSpec { form, row, flow, bound, stick, gap, restitution, flags, normal, way, across, feature });
         Ok(())
     }

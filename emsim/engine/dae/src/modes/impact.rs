@@ -57,7 +57,7 @@ impl Modes {
         for round in 0..2 * ROUNDS {
             let readings = p.readings(sys);
             let near = |k: usize| match list[k].form {
-                Form::Relay => false,
+                Form::Relay | Form::Bond => false,
                 Form::OneWay => true,
                 Form::Corner => faces[k] && (readings[k].gap <= TOUCHES * e.gaps[k] || round == 0 && e.hit(k)),
             };
@@ -225,11 +225,11 @@ impl Modes {
 }
 
 /// Corners and freewheels are open; relays that stick, and `others`, are without friction.
-fn let_go(e: &Event, w: &mut Work, others: impl Fn(usize) -> bool) {
+pub(super) fn let_go(e: &Event, w: &mut Work, others: impl Fn(usize) -> bool) {
     for (k, law) in e.list().iter().enumerate() {
         match law.form {
             Form::Relay if w.flags[law.slides()] == 0.0 || others(k) => put_relay(e.sys, w, law, true, 0.0, 0.0),
-            Form::Relay => {}
+            Form::Relay | Form::Bond => {}
             _ => e.sys.put_mode(w, law.closed(), 0.0),
         }
     }

@@ -1,5 +1,5 @@
 //! Boxed linear complementarity problem:  w = b + A f,  lo <= f <= hi,  w = 0 inside, w >= 0 at lo, w <= 0 at hi.
-//! Friction where parts touch has bounds that go with another effort, lo + l f(n) and hi + h f(n). Where it has two directions: cone.rs.
+//! Friction where parts touch has bounds that go with another effort, lo + l f(n) and hi + h f(n). Where it has several directions: cone.rs.
 //!
 //! A = W^T M^-1 W is symmetric and positive semidefinite up to what circuits add; a little on the diagonal makes it definite, and its
 //! solution is then the least of those there are (effort shared equally where that decides nothing). Principal pivoting by the
@@ -32,7 +32,7 @@ pub struct Bounds {
     pub hi: Vec<f64>,
     /// the effort that they go with, and how much of it is added to lo and hi
     pub with: Vec<Option<(usize, f64, f64)>>,
-    /// the effort of the other direction of one that has two, together within hi of both
+    /// the effort of the next direction of one that has several, in a ring, together within hi of each
     pub pair: Vec<Option<usize>>,
 }
 
@@ -48,6 +48,11 @@ impl Bounds {
 
     fn high(&self, i: usize, f: &[f64]) -> f64 {
         self.hi[i] + self.with[i].map_or(0.0, |(n, _, h)| h * f[n])
+    }
+
+    /// The directions of an effort, its own first.
+    pub fn around(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        std::iter::successors(Some(i), move |&at| self.pair[at].filter(|&next| next != i))
     }
 
     fn fixed(&self, i: usize) -> bool {

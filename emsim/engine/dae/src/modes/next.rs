@@ -1,7 +1,7 @@
 //! Which modes follow an event: which laws are in question, what has died, and what a step a little later says.
 use super::lcp::{self, Bounds, Solution};
 use super::{faces, law_at, put_relay, shown, towards, with, Event, Look, Modes, Point, AGREE, LATE, LOADS, TOUCHES};
-use crate::model::{Form, LawSpec};
+use crate::model::{around, Form, LawSpec};
 use crate::rounding::SAME;
 use crate::system::{Reading, System, Work};
 
@@ -37,7 +37,7 @@ impl Modes {
         let readings = p.readings(sys);
         let touches: Vec<bool> = (0..list.len())
             .map(|k| {
-                let closed = list[k].form != Form::Relay && p.w.flags[list[k].closed()] != 0.0;
+                let closed = list[k].opens() && p.w.flags[list[k].closed()] != 0.0;
                 let near = list[k].form == Form::Corner && readings[k].gap <= TOUCHES * e.gaps[k];
                 // one that has come past the end of its edge touches no more
                 list[k].form == Form::OneWay || (closed || near) && faces(p.w, &list[k])
@@ -51,7 +51,9 @@ impl Modes {
         for (k, law) in list.iter().enumerate() {
             let flow = readings[k].flow;
             if law.form != Form::Relay {
-                sys.put_mode(w, law.closed(), 0.0);
+                if law.opens() {
+                    sys.put_mode(w, law.closed(), 0.0);
+                }
                 if touches[k] && (flow <= e.moves[k] || rests[k]) {
                     asked.push(k);
                 }
@@ -66,7 +68,7 @@ impl Modes {
             // of the speed, along the direction of the last event
             let (along, real) = match law.across {
                 None => (flow * side, side.abs() == 1.0),
-                Some(other) => (flow * sides[k] + readings[other].flow * sides[other], seen != 0.0),
+                Some(_) => (around(list, k).map(|k| readings[k].flow * sides[k]).sum(), seen != 0.0),
             };
             let returns = e.hit(k) && slid != 0.0 && real && along <= -0.5 * speed;
             if speed > e.moves[k] && !returns {
@@ -106,13 +108,12 @@ impl Modes {
                 // (what a touch presses with is part of the solution)
                 let at = if list[k].normal.is_some() { &before[k] } else { &asked.readings[k] };
                 let stick = at.stick.max(at.bound);
-                let pair = law_at(which, list[k].across);
-                let turned = pair.is_some() && e.hit(k) && towards(list, &asked.readings, k).0 <= e.moves[k];
+                let turned = list[k].across.is_some() && e.hit(k) && towards(list, &asked.readings, k).0 <= e.moves[k];
                 let late = if turned { short.late.max(recent) } else { short.late };
                 if free[i] > 0.0 && self.lives(e, p, asked, &solution, i, (stick, late)) {
                     (free[i], dies) = (0.0, false);
                     turns |= turned;
-                    pair.into_iter().for_each(|j| free[j] = 0.0);
+                    around(list, k).filter_map(|k| law_at(which, Some(k))).for_each(|j| free[j] = 0.0);
                 }
             }
             if dies {
@@ -141,8 +142,8 @@ impl Modes {
     ) -> bool {
         let (list, k, instant) = (e.list(), asked.which[i], e.short.instant);
         let (flow, side) = (asked.readings[k].flow, asked.sides[k]);
-        let pair = law_at(&asked.which, list[k].across);
-        let effort = pair.map_or(stopped.f[i].abs(), |j| stopped.f[i].hypot(stopped.f[j]));
+        let own = around(list, k).filter_map(|k| law_at(&asked.which, Some(k)));
+        let effort = own.map(|j| stopped.f[j]).fold(0.0, f64::hypot);
         // what stops a corner that would fall back at once goes through the friction there too
         let shares = asked.rests
             && list[k].normal.is_some_and(|normal| {
@@ -152,7 +153,7 @@ impl Modes {
         if shares || !(effort * instant > LATE * late * stick) {
             return false;
         }
-        if pair.is_some() || !e.hit(k) || flow * side >= 0.0 || side.abs() != 1.0 {
+        if list[k].across.is_some() || !e.hit(k) || flow * side >= 0.0 || side.abs() != 1.0 {
             return true;
         }
         let passed = self.passed(e, p, asked, i);
@@ -217,7 +218,7 @@ impl Modes {
             }
             for &k in &more {
                 put_relay(sys, p.w, &list[k], true, 0.0, 0.0);
-                if list[k].across.is_none_or(|other| other > k) {
+                if around(list, k).all(|other| other >= k) {
                     self.jammed.push((p.t, k));
                 }
             }
@@ -317,9 +318,9 @@ fn bounded(
         let size = |i: usize| look.b[i].abs() + (0..m).map(|j| (look.a[i * m + j] * solution.f[j]).abs()).sum::<f64>();
         let mut more = false;
         for (i, &k) in asked.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Relay) {
-            let pair = bounds.pair[i];
-            let (w, across) = (solution.w[i], pair.map_or(0.0, |j| solution.w[j]));
-            let (speed, least) = (w.hypot(across), SAME * pair.map_or(size(i), |j| size(i).max(size(j))));
+            let (w, pair) = (solution.w[i], bounds.pair[i]);
+            let speed = bounds.around(i).map(|j| solution.w[j]).fold(0.0, f64::hypot);
+            let least = SAME * bounds.around(i).map(size).fold(0.0, f64::max);
             if goes[i].is_none() && speed > least && solution.bound[i] {
                 (goes[i], more) = (Some(w / speed), true);
                 // with two directions it goes the way of its flow, at the edge of what it slides with

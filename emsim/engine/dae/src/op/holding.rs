@@ -7,9 +7,9 @@
 //! What holds has the row  d + C f = 0  in the place of w = 0, which is 0 = 0 at rest: with one compliance C, far below the
 //! tolerances, frictions that hold the same motion share its load equally. Modes follow from the solution of each step, until both agree.
 //! A row of speeds, a(q) u = 0, of what rolls or cuts, has the row  a d = 0  there: it has come where it could come so.
-//! Friction with two directions holds up to |f| = F, and slides with f = -F d/|d|.
+//! Friction with several directions holds up to |f| = F, and slides with f = -F d/|d|.
 use super::{rest::way, Dc};
-use crate::model::{Form, Kind, LawSpec};
+use crate::model::{around, Form, Kind, LawSpec};
 use crate::newton::{Failure, Tolerances};
 use crate::rounding::SAME;
 use crate::system::{Reading, System, Work};
@@ -47,9 +47,9 @@ fn rolls(sys: &System, couples: &[(usize, usize)]) -> Vec<(usize, usize, Vec<usi
 pub fn entries(sys: &System, couples: &[(usize, usize)]) -> Vec<(usize, usize)> {
     let rolls = rolls(sys, couples).into_iter().flat_map(|(row, _, qs)| qs.into_iter().map(move |q| (row, q)));
     let row = |law: usize| sys.laws.list[law].row;
-    let along = |u: usize| couples.iter().find(|c| c.1 == u).map(|c| c.0);
-    let both = |law: usize| [Some(law), sys.laws.list[law].across].into_iter().flatten();
-    let laws = sys.laws.flows().flat_map(|(law, u)| both(law).filter_map(move |of| Some((row(of), along(u)?))));
+    let along = |u: usize| couples.iter().filter(move |c| c.1 == u).map(|c| c.0);
+    let all = |law: usize| around(&sys.laws.list, law);
+    let laws = sys.laws.flows().flat_map(|(law, u)| all(law).flat_map(move |of| along(u).map(move |q| (row(of), q))));
     laws.chain(rolls).collect()
 }
 
@@ -66,8 +66,8 @@ impl Holding {
         let pulls = couples.iter().map(|&(_, u)| w.f[u].abs()).fold(0.0, f64::max);
         let mut laws: Vec<Held> = Vec::new();
         for (k, law) in sys.laws.list.iter().enumerate() {
-            let of = |(_, u): (usize, usize)| couples.iter().find(|c| c.1 == u).map(|&(q, u)| (q, u));
-            let slopes: Vec<(usize, usize)> = sys.laws.flows().filter(|f| f.0 == k).filter_map(of).collect();
+            let of = |(_, u): (usize, usize)| couples.iter().copied().filter(move |c| c.1 == u);
+            let slopes: Vec<(usize, usize)> = sys.laws.flows().filter(|f| f.0 == k).flat_map(of).collect();
             let least = slopes.iter().map(|&(q, _)| tol.atol[q]).fold(f64::INFINITY, f64::min);
             let unit = |row: usize| &sys.unknowns[row].unit;
             let like = sys.laws.list.iter().zip(&readings).filter(|(l, _)| unit(l.row) == unit(law.row));
@@ -81,6 +81,7 @@ impl Holding {
             laws.push(Held { slopes, gives, least: none, slid: false });
             match law.form {
                 Form::Relay => put_relay(sys, w, k, [0.0; 3]),
+                Form::Bond => sys.put_mode(w, law.closed(), readings[k].gap),
                 _ => sys.put_mode(w, law.closed(), f64::from(u8::from(readings[k].gap <= 0.0))),
             }
         }
@@ -112,18 +113,19 @@ impl Holding {
         }
         for (k, held) in self.laws.iter().enumerate() {
             let law = &sys.laws.list[k];
-            if let (Some(other), true) = (law.across, w.flags[law.slides()] != 0.0) {
+            if law.across.is_some() && w.flags[law.slides()] != 0.0 {
                 // against its way, not the one it had
-                let shares = [k, other].map(|k| w.flags[sys.laws.list[k].side()]);
-                let ways = [k, other].map(|k| self.way(k, x, &slopes));
-                let ways = [ways[0] + held.least * shares[0], ways[1] + held.least * shares[1]];
-                let (length, bound) = (ways[0].hypot(ways[1]), self.bound(k, &readings[k]));
-                if length > 0.0 && shares != [0.0, 0.0] {
-                    let to = ways.map(|way| way / length);
-                    residual[law.row] -= bound * to[0] - readings[k].stick * shares[0];
-                    for (of, part) in [(k, 1.0 - to[0] * to[0]), (other, -to[0] * to[1])] {
+                let share = |k: usize| w.flags[sys.laws.list[k].side()];
+                let went = |k: usize| self.way(sys, w, k, x, &slopes) + held.least * share(k);
+                let all: Vec<(usize, f64)> = around(&sys.laws.list, k).map(|k| (k, went(k))).collect();
+                let (length, bound) = (all.iter().map(|at| at.1).fold(0.0, f64::hypot), self.bound(k, &readings[k]));
+                if length > 0.0 && all.iter().any(|&(k, _)| share(k) != 0.0) {
+                    let to = all[0].1 / length;
+                    residual[law.row] -= bound * to - readings[k].stick * share(k);
+                    for (of, went) in all {
+                        let part = f64::from(u8::from(of == k)) - to * went / length;
                         for &(q, u) in &self.laws[of].slopes {
-                            put(law.row, q, bound / length * part * slope_of(&slopes, of, u));
+                            put(law.row, q, bound / length * part * slope_of(&slopes, of, u) * way(sys, w, q, u));
                         }
                     }
                 }
@@ -131,15 +133,16 @@ impl Holding {
             }
             let holds = match law.form {
                 Form::Relay => w.flags[law.slides()] == 0.0,
-                Form::OneWay => w.flags[law.closed()] != 0.0,
+                Form::OneWay | Form::Bond => w.flags[law.closed()] != 0.0,
                 Form::Corner => false,
             };
             if !holds {
                 continue;
             }
             for &(q, u) in &held.slopes {
-                put(law.row, q, slope(law.row, u));
-                residual[law.row] -= slope(law.row, u) * (x[q] - self.from[q]);
+                let along = slope(law.row, u) * way(sys, w, q, u);
+                put(law.row, q, along);
+                residual[law.row] -= along * (x[q] - self.from[q]);
             }
             put(law.row, law.row, held.gives);
             residual[law.row] -= held.gives * x[law.row];
@@ -155,26 +158,13 @@ impl Holding {
                 break;
             }
             let (law, at, f) = (&sys.laws.list[k], readings[k], x[sys.laws.list[k].row]);
-            let way = self.way(k, x, &slopes);
+            let way = self.way(sys, w, k, x, &slopes);
             let slope = |u: usize| slope_of(&slopes, k, u);
             let least: f64 = held.slopes.iter().map(|&(q, u)| (slope(u) * tol.atol[q]).abs()).fold(0.0, f64::max);
             let small = tol.atol[law.row];
-            if let Some(other) = law.across {
-                if k < other {
-                    let (efforts, ways) = ([f, x[sys.laws.list[other].row]], [way, self.way(other, x, &slopes)]);
-                    turned |= self.turn_two(sys, w, [k, other], (efforts, ways), &at, least, small);
-                }
-                continue;
-            }
             if law.form == Form::Relay {
-                let [slides, side] = [law.slides(), law.side()].map(|flag| w.flags[flag]);
-                let most = self.bound(k, &at);
-                if slides == 0.0 && f.abs() > most * (1.0 + SAME) + small {
-                    put_relay(sys, w, k, [1.0, -f.signum(), -f.signum()]);
-                    turned = true;
-                } else if slides != 0.0 && way * side < -least {
-                    put_relay(sys, w, k, [0.0; 3]);
-                    turned = true;
+                if around(&sys.laws.list, k).all(|other| other >= k) {
+                    turned |= self.turn_relay(sys, w, k, x, &slopes, &at, [least, small]);
                 }
                 continue;
             }
@@ -183,7 +173,7 @@ impl Holding {
                 Form::Corner => at.gap < -1e-3 * least,
                 _ => way < -least,
             };
-            if open && wrong || !open && f < -small {
+            if law.opens() && (open && wrong || !open && f < -small) {
                 sys.put_mode(w, law.closed(), f64::from(u8::from(open)));
                 turned = true;
             }
@@ -191,47 +181,51 @@ impl Holding {
         turned
     }
 
-    /// The same of friction with two directions: efforts and ways of both.
-    fn turn_two(
+    /// The same of friction, of whose directions k is the first.
+    fn turn_relay(
         &self,
         sys: &System,
         w: &mut Work,
-        both: [usize; 2],
-        (efforts, ways): ([f64; 2], [f64; 2]),
+        k: usize,
+        x: &[f64],
+        slopes: &[(usize, usize, f64)],
         at: &Reading,
-        least: f64,
-        small: f64,
+        [least, small]: [f64; 2],
     ) -> bool {
-        let laws = both.map(|k| &sys.laws.list[k]);
-        let [slides, shares] =
-            [laws.map(LawSpec::slides), laws.map(LawSpec::side)].map(|flags| flags.map(|flag| w.flags[flag]));
-        let (effort, length) = (efforts[0].hypot(efforts[1]), ways[0].hypot(ways[1]));
-        let to = if slides == [0.0, 0.0] {
-            if effort <= self.bound(both[0], at) * (1.0 + SAME) + small {
+        let list = &sys.laws.list;
+        let of = |value: &dyn Fn(usize) -> f64| around(list, k).map(value).collect::<Vec<f64>>();
+        let (ways, shares) = (of(&|k| self.way(sys, w, k, x, slopes)), of(&|k| w.flags[list[k].side()]));
+        let to: Vec<f64> = if around(list, k).all(|k| w.flags[list[k].slides()] == 0.0) {
+            let efforts = of(&|k| x[list[k].row]);
+            let effort = efforts.iter().copied().fold(0.0, f64::hypot);
+            if effort <= self.bound(k, at) * (1.0 + SAME) + small {
                 return false;
             }
-            efforts.map(|f| -f / effort)
+            efforts.iter().map(|f| -f / effort).collect()
         } else {
-            if ways[0] * shares[0] + ways[1] * shares[1] < -least {
-                both.iter().for_each(|&k| put_relay(sys, w, k, [0.0; 3]));
+            if ways.iter().zip(&shares).map(|(way, share)| way * share).sum::<f64>() < -least {
+                around(list, k).for_each(|k| put_relay(sys, w, k, [0.0; 3]));
                 return true;
             }
+            let length = ways.iter().copied().fold(0.0, f64::hypot);
             if length <= least {
                 return false;
             }
-            let to = ways.map(|way| way / length);
-            if (to[0] - shares[0]).hypot(to[1] - shares[1]) <= SAME {
+            let to: Vec<f64> = ways.iter().map(|way| way / length).collect();
+            if to.iter().zip(&shares).map(|(to, share)| to - share).fold(0.0, f64::hypot) <= SAME {
                 return false;
             }
             to
         };
-        both.iter().zip(to).for_each(|(&k, to)| put_relay(sys, w, k, [1.0, to, 0.0]));
+        let shown = |to: f64| if list[k].across.is_some() { 0.0 } else { to };
+        around(list, k).zip(to).for_each(|(k, to)| put_relay(sys, w, k, [1.0, to, shown(to)]));
         true
     }
 
     /// How far a law has gone from the last point to x.
-    fn way(&self, k: usize, x: &[f64], slopes: &[(usize, usize, f64)]) -> f64 {
-        self.laws[k].slopes.iter().map(|&(q, u)| slope_of(slopes, k, u) * (x[q] - self.from[q])).sum()
+    fn way(&self, sys: &System, w: &Work, k: usize, x: &[f64], slopes: &[(usize, usize, f64)]) -> f64 {
+        let went = |&(q, u): &(usize, usize)| slope_of(slopes, k, u) * way(sys, w, q, u) * (x[q] - self.from[q]);
+        self.laws[k].slopes.iter().map(went).sum()
     }
 
     /// The most that friction holds: what has slid is let go.

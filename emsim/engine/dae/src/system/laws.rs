@@ -3,7 +3,7 @@
 use super::{System, Work};
 use crate::derive::gradient;
 use crate::graph::{Graph, Id, Node};
-use crate::model::{Form, LawSpec};
+use crate::model::{around, Form, LawSpec};
 use crate::tape::{Inputs, Tape};
 
 /// The laws of a system: per law flow, bound, sticking bound, gap and which edge it is to, then the slopes of flows.
@@ -84,9 +84,9 @@ impl System {
             return;
         }
         let (readings, _) = self.read_laws(w, x, t);
-        for (law, at) in self.laws.list.iter().zip(&readings) {
+        for (k, (law, at)) in self.laws.list.iter().zip(&readings).enumerate() {
             if law.form == Form::Relay {
-                let speed = law.across.map_or(at.flow.abs(), |other| at.flow.hypot(readings[other].flow));
+                let speed = around(&self.laws.list, k).map(|k| readings[k].flow).fold(0.0, f64::hypot);
                 let side = if speed == 0.0 { 0.0 } else { at.flow / speed };
                 // (where parts touch a point shows it by whether they do)
                 let free = law.normal.is_some_and(|normal| w.flags[self.laws.list[normal.law].flags[0]] == 0.0);
@@ -94,6 +94,8 @@ impl System {
                 let shown = if law.across.is_some() { moves } else { side };
                 let values = [if free { 1.0 } else { moves }, side, shown];
                 law.flags.iter().zip(values).for_each(|(&flag, value)| w.flags[flag] = value);
+            } else if law.form == Form::Bond {
+                w.flags[law.flags[0]] = at.gap;
             } else {
                 w.flags[law.flags[0]] = f64::from(u8::from(at.gap <= 0.0 && at.flow <= 0.0));
             }

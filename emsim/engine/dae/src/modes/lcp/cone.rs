@@ -1,4 +1,4 @@
-//! The same problem with efforts that have two directions: |f| <= r, inside w = 0, at the edge f = -r w/|w|; of friction where parts
+//! The same problem with efforts that have several directions: |f| <= r, inside w = 0, at the edge f = -r w/|w|; of friction where parts
 //! touch r goes with the effort across, so that efforts lie in a cone.
 //!
 //! Efforts are where a step against their flows is projected back to them, f = P(f - rho w). Projected Gauss-Seidel finds which are
@@ -29,14 +29,9 @@ impl Problem<'_> {
         let n = b.len();
         let mut a = a.to_vec();
         (0..n).for_each(|i| a[i * n + i] += more);
-        let stiff = |i: usize| match bounds.pair[i] {
-            None => a[i * n + i].abs(),
-            Some(j) => {
-                let (p, q) = (a[i * n + i], a[j * n + j]);
-                let off = 4.0 * a[i * n + j] * a[j * n + i];
-                0.5 * (p + q + ((p - q) * (p - q) + off).max(0.0).sqrt()).abs()
-            }
-        };
+        // of the rows of its directions the largest sum, which their eigenvalues are not above
+        let row = |i: usize| bounds.around(i).map(|j| a[i * n + j].abs()).sum::<f64>();
+        let stiff = |i: usize| bounds.around(i).map(row).fold(0.0, f64::max);
         let rho = (0..n).map(|i| 1.0 / stiff(i).max(more).max(f64::MIN_POSITIVE)).collect();
         Problem { a, b, bounds, rho }
     }
@@ -46,11 +41,11 @@ impl Problem<'_> {
         self.b[i] + (0..n).map(|j| self.a[i * n + j] * f[j]).sum::<f64>()
     }
 
-    /// f_i behind its step z_i, whose other direction has the step `across`.
-    fn projected(&self, i: usize, z: f64, across: f64, f: &[f64]) -> (f64, At) {
+    /// f_i behind its step z_i, which with those of its other directions has this length.
+    fn projected(&self, i: usize, z: f64, length: f64, f: &[f64]) -> (f64, At) {
         let (low, high) = (self.bounds.low(i, f), self.bounds.high(i, f).max(self.bounds.low(i, f)));
         if self.bounds.pair[i].is_some() {
-            let (length, radius) = (z.hypot(across), high.max(0.0));
+            let radius = high.max(0.0);
             return if length < radius {
                 (z, At::Inside)
             } else {
@@ -68,15 +63,16 @@ impl Problem<'_> {
         (0..f.len()).map(|i| f[i] - self.rho[i] * w[i]).collect()
     }
 
-    fn across(&self, i: usize, z: &[f64]) -> f64 {
-        self.bounds.pair[i].map_or(0.0, |j| z[j])
+    /// Of the steps of all its directions.
+    fn length(&self, i: usize, z: &[f64]) -> f64 {
+        self.bounds.around(i).map(|j| z[j]).fold(0.0, f64::hypot)
     }
 
     /// What is left of the equations, where each effort is, and whether that is nothing.
     fn left(&self, f: &[f64], w: &[f64]) -> (Vec<f64>, Vec<At>, bool) {
         let n = f.len();
         let z = self.steps(f, w);
-        let (to, at): (Vec<f64>, Vec<At>) = (0..n).map(|i| self.projected(i, z[i], self.across(i, &z), f)).unzip();
+        let (to, at): (Vec<f64>, Vec<At>) = (0..n).map(|i| self.projected(i, z[i], self.length(i, &z), f)).unzip();
         let left: Vec<f64> = (0..n).map(|i| f[i] - to[i]).collect();
         let size = |i: usize| {
             let made = self.b[i].abs() + (0..n).map(|j| (self.a[i * n + j] * f[j]).abs()).sum::<f64>();
@@ -101,12 +97,11 @@ impl Problem<'_> {
                 (At::Low, with) => with.into_iter().for_each(|(of, l, _)| row[of] -= l),
                 (At::High, with) => with.into_iter().for_each(|(of, _, h)| row[of] -= h),
                 (At::Edge(radius, length), with) if length > 0.0 => {
-                    let other = self.bounds.pair[i]?;
-                    let (own, across) = (z[i] / length, z[other] / length);
+                    let own = z[i] / length;
                     for (j, entry) in row.iter_mut().enumerate() {
                         // across the step alone does the direction change
-                        let turn = (1.0 - own * own) * step(i, j) - own * across * step(other, j);
-                        *entry -= radius / length * turn;
+                        let along = self.bounds.around(i).map(|other| z[other] / length * step(other, j)).sum::<f64>();
+                        *entry -= radius / length * (step(i, j) - own * along);
                     }
                     with.into_iter().for_each(|(of, _, h)| row[of] -= own * h);
                 }
@@ -140,13 +135,11 @@ impl Problem<'_> {
 
     fn sweep(&self, f: &mut [f64]) {
         for i in 0..f.len() {
-            match self.bounds.pair[i] {
-                Some(j) if j < i => {}
-                Some(j) => {
-                    let z = [i, j].map(|k| f[k] - self.rho[k] * self.flow(k, f));
-                    (f[i], f[j]) = (self.projected(i, z[0], z[1], f).0, self.projected(j, z[1], z[0], f).0);
-                }
-                None => f[i] = self.projected(i, f[i] - self.rho[i] * self.flow(i, f), 0.0, f).0,
+            if self.bounds.around(i).all(|j| j >= i) {
+                let z: Vec<(usize, f64)> =
+                    self.bounds.around(i).map(|j| (j, f[j] - self.rho[j] * self.flow(j, f))).collect();
+                let length = z.iter().map(|&(_, z)| z).fold(0.0, f64::hypot);
+                z.into_iter().for_each(|(j, z)| f[j] = self.projected(j, z, length, f).0);
             }
         }
     }
@@ -165,20 +158,17 @@ pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
     // on the diagonal: at first, at least and at most
     let [mut weight, floor, top] = [1.0, 1e-8, 1e3];
     let mut f = vec![0.0; n];
-    // steps of the proximal point method; on the diagonal: at first, at least and at most, less after a step and more
-    // where there is none
+    // steps of the proximal point method, with less on it after a step and more where there is none
     for _ in 0..100 {
         let more = weight * largest;
         let right = (0..n).map(|i| b[i] - more * f[i]).collect();
         let Some(next) = Problem::new(a, right, bounds, more).search(f.clone()) else {
-            // ... and more where there is none
             weight *= 5.0;
             if weight > top {
                 return None;
             }
             continue;
         };
-        // less after a step ...
         (f, weight) = (next, (0.3 * weight).max(floor));
         if let Some(s) = solution(&bare, f.clone()) {
             return Some(s);
@@ -206,9 +196,7 @@ fn refined(bare: &Problem, p: &Problem, mut f: Vec<f64>) -> Option<Vec<f64>> {
                 At::Inside => p.rho[i] * w[i],
                 At::Low => f[i] - p.bounds.low(i, &f),
                 At::High => f[i] - p.bounds.high(i, &f),
-                At::Edge(_, length) if length > 0.0 => {
-                    f[i] - p.bounds.high(i, &f).max(0.0) * z[i] / z[i].hypot(p.across(i, &z))
-                }
+                At::Edge(_, length) if length > 0.0 => f[i] - p.bounds.high(i, &f).max(0.0) * z[i] / p.length(i, &z),
                 At::Edge(..) => f[i],
             })
             .collect();
