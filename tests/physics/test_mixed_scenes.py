@@ -1,5 +1,5 @@
-"""Random scenes of shapes, arms, ropes, friction and stops together: energy never rises, nothing is in another, all come to the end,
-and the order of the cards changes nothing."""
+"""Random scenes of shapes, arms, ropes, friction and stops together: energy never rises, nothing is in another, all come to the
+end, and the order of the cards changes nothing."""
 
 from __future__ import annotations
 
