@@ -146,7 +146,7 @@ def _chain_exudyn(
             except Exception:  # its own kind, which is no attribute of the module
                 return False
 
-        exu.SuppressWarnings(True)  # of a node that limit stops would need
+        exu.config.suppressWarnings = True  # of a node that limit stops would need
         seconds, fine = least(run)
         q = mbs.GetSensorStoredData(sensors[0])
         said = "its solver gave up"
