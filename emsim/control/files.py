@@ -39,22 +39,19 @@ def is_inside(s: Session, path: str) -> bool:
     return any(os.path.commonpath([real, f]) == f for f in folders(s))
 
 
-def target(s: Session, name: str) -> str:
-    """A path that a command may write. Raises CommandError for one outside, for what is no file of results, and for a file that
-    is there and is neither results nor emsim's own."""
+def target(s: Session, name: str, plain: bool = False) -> str:
+    """A path that a command may write, `plain`: without an ending too. Raises CommandError for one outside, for what is no file
+    of results, and for a file that is there and is neither results nor emsim's own."""
     path = os.path.join(s.folder, name)
     if not name or "\0" in name or name.startswith("~"):
-        raise CommandError(
-            "E163",
-            f"`{name}` is no name of a file here",
-            "write it into the working directory or the deck's folder",
-        )
+        hint = "write it into the working directory or the deck's folder"
+        raise CommandError("E163", f"`{name}` is no name of a file here", hint)
     real = os.path.realpath(path)
     if not is_inside(s, path):
         raise CommandError("E163", f"`{name}` lies outside of the working directory and the deck's folder")
     base = os.path.basename(real)
     suffix = base.rpartition(".")[2].lower() if "." in base else ""
-    if base.startswith(".") or suffix not in RESULTS:
+    if base.startswith(".") or (suffix not in RESULTS and not (plain and base == base.partition(".")[0])):
         said = f"`{name}` is no file of results: commands write " + " ".join("." + one for one in RESULTS)
         raise CommandError("E163", said, f"{base.strip('.').partition('.')[0] or 'results'}.txt")
     if real in (*s.own, *map(os.path.realpath, s.deck.deck.named)):
@@ -163,7 +160,7 @@ def write(s: Session, text: str, at: Statement) -> None:
 
     given = text.strip()
     name, _, rest = given.partition(" ")
-    path = target(s, name.strip("\"'") or "rawspice.raw")
+    path = target(s, name.strip("\"'") or "rawspice.raw", plain=True)
     vectors = s.vectors(rest.strip() or "all", at)
     s.budget.make(sum(v.values.nbytes for v in vectors))
     ascii = str(s.variables.get("filetype", "binary")).lower() == "ascii"
@@ -186,7 +183,7 @@ def wrdata(s: Session, text: str, at: Statement) -> None:
     name, _, rest = text.strip().partition(" ")
     if not rest.strip():
         usage("wrdata file vector ..", "a file and vectors are needed")
-    path = target(s, name.strip("\"'"))
+    path = target(s, name.strip("\"'"), plain=True)
     vectors = s.vectors(rest.strip(), at)
     digits = s.digits if "numdgt" in s.variables else DIGITS
     s.budget.make((digits + 8) * sum(map(len, vectors)))
