@@ -282,7 +282,7 @@ impl<'a> Multirate<'a> {
             }
             known = self.smooth(&self.seen, &response);
         }
-        let circuit = std::mem::replace(&mut circuit.outcome, Outcome::default());
+        let circuit = std::mem::take(&mut circuit.outcome);
         if circuit.status != Status::Ok {
             outcome.status = circuit.status;
             outcome.failed = circuit.failed.map(|f| Failed { why: f.why.renumbered(&fast.of), ..f });
