@@ -422,6 +422,12 @@ class _Builder(ElementCards, DotCards):
             del reading.control[words.index(".end") :]
         from .build_control import foreseen
 
+        for line in [x for x in reading.control if syntax.first_word(x.text)[:4] == ".opt"]:
+            reading.control.remove(line)  # the deck's, as in ngspice
+            try:
+                self.body.append(self.convert(*parse_line(line, "dot"), line))
+            except LineError as error:
+                self.sink.add(error.diagnostic)
         cards = foreseen(reading.control, self.convert)
         self.body += [card for card in cards if not isinstance(card, Analysis)]
         analyses = [card for card in cards if isinstance(card, Analysis)]

@@ -193,6 +193,8 @@ class DotCards(Cards):
             return fourier(line, ch[0].end_pos)
         if is_analysis(word):
             return Analysis(word, self.words(word, ch, line), set(), line.whole)
+        if word in ("prot", "unprot"):  # HSPICE's marks about what it does not list
+            return None
         from .mistakes import unknown_dot
 
         raise LineError(unknown_dot(line, ch[0].lower()))

@@ -234,9 +234,8 @@ def _unfit(assembly: Assembly, analysis: Analysis | None, why: str) -> Diagnosti
     lines = [place for name in quoted[:3] for place in locate(assembly, name)[1][:1]]
     span = lines[0][0] if lines else (analysis.card.span if analysis else None)
     hint = "try: .options method=radau, or none at all: emsim then chooses by itself"
-    return Diagnostic(
-        "error", CODES["unfit"], f"method {method} cannot do this deck: {why}", span, hint, lines
-    )
+    said = f"method {method} cannot do this deck: {why}"
+    return Diagnostic("error", CODES["unfit"], said, span, hint, lines)
 
 
 def _advice(assembly: Assembly, failure: dict[str, Any], kind: str, point: bool, unknown: str) -> str:
@@ -257,10 +256,11 @@ def _advice(assembly: Assembly, failure: dict[str, Any], kind: str, point: bool,
     if unknown in assembly.ctx.nodes:
         touching = [e for e in assembly.ctx.elements.values() if unknown in e.nodes]
         if not any(role == "blocks" for e in touching for *_, role in e.paths()):
+            said = f"a small capacitor from node `{unknown}` to ground: nothing there stores charge, and where no "
+            others.insert(0, said + "voltage fits any more it has to jump")
+        elif not point:
             others.insert(
-                0,
-                f"a small capacitor from node `{unknown}` to ground: nothing there stores charge, and where no "
-                "voltage fits any more it has to jump",
+                0, ".options cshunt=1f, a charge at every node: what switches without one has to jump"
             )
     return ", or ".join([*others, "a smaller tmax on .tran, or a looser reltol"])
 

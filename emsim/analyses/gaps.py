@@ -27,12 +27,15 @@ def closed(assembly: Assembly, waves: Waveforms, names: Sequence[str]) -> Diagno
     machine = assembly.machine
     if machine is None or waves.rows < 2:
         return None
-    for card in machine.couplings.values():
-        if isinstance(card, Transducer) and card.form != "k":
-            found = _of(assembly, card, waves, names)
-            if found is not None:
-                return found
-    return None
+    for t, index, on in waves.events:
+        name, _, what = assembly.system.flag_names[index].partition(" ")
+        if on and what == "overlaps":
+            said = f"parts of CONTACT {name} are in each other from t = {t:.6g} s on: no edge stops what meets corner to corner"
+            return Diagnostic(
+                "error", "E415", said, machine.couplings[name].span, "a disc(r) at such a corner is exact"
+            )
+    cards = (c for c in machine.couplings.values() if isinstance(c, Transducer) and c.form != "k")
+    return next((found for card in cards if (found := _of(assembly, card, waves, names))), None)
 
 
 def _of(assembly: Assembly, card: Transducer, waves: Waveforms, names: Sequence[str]) -> Diagnostic | None:

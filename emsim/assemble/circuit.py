@@ -263,4 +263,5 @@ def _forces(ctx: Context) -> None:
             if row is not None:
                 ctx.b.force(row, float(value), kind)
             elif name not in ("0", "gnd"):
-                ctx.unknown("E289", f"no node is called `{name}`", name, ctx.nodes, span)
+                said = f"no node is called `{name}`: this .{kind} has no effect"
+                ctx.sink.warning("W294", said, span, did_you_mean(name, ctx.nodes))

@@ -61,7 +61,7 @@ if TYPE_CHECKING:
 
 
 INSIDE = 1e-9  # of the machine's size, rad: a gap that is closed by less is closed by rounding
-OPENS = 1e-4  # of the machine's size, rad: a row that was left out and is this far from 0 was not redundant
+OPENS = 1e-4  # of the machine's size, rad: a row that was left out and is this far from 0 was not redundant; so parts overlap
 
 
 class Machine(Mechanism):
@@ -422,6 +422,10 @@ class Machine(Mechanism):
             name = f"{row.owner} opens {row.place + 1}"
             self.b.flag(h * h - self._opens(row), None, name, -1)
             self.openings[name] = row
+        for card in () if self.in_space else self.couplings.values():
+            for apart in getattr(card, "separations", lambda _: [])(self):
+                deep = self.public(-OPENS * closing.size(self, self.found.x) - apart)
+                self.b.flag(deep, None, f"{card.name} overlaps", -1)
 
     def _opens(self, row: Row) -> Expr:
         """The square of what shows that a row was not redundant; of speeds beside the terms that cancel in it."""

@@ -83,23 +83,15 @@ def resolve(wave: Waveform, times: tuple[float, ...], sink: Sink) -> tuple[str, 
         _judge_width(wave, given, args, times[1], sink)
     if kind in RANDOM_KINDS:
         if len(times) == 3:
-            sink.error(
-                "E440",
-                f"{kind.upper()} does not repeat at all",
-                wave.span,
-                "a steady state has no noise of its own",
-            )
+            said = f"{kind.upper()} does not repeat at all"
+            sink.error("E440", said, wave.span, "a steady state has no noise of its own")
         return "pwl", args
     kind = "pwlr" if len(args) > len(given) and kind == "pwl" else kind
     if len(times) == 3:
         args, said = continued(kind, args, times[2])
         if said:
-            sink.error(
-                "E440",
-                f"{wave.kind.upper()} {said}",
-                wave.span,
-                "give a period in which every source repeats",
-            )
+            hint = "give a period in which every source repeats"
+            sink.error("E440", f"{wave.kind.upper()} {said}", wave.span, hint)
     return kind, args
 
 
@@ -118,11 +110,8 @@ def _judge_width(wave: Waveform, given: list[float], args: list[float], stop: fl
     if span is not None and len(words) >= 7:
         first, last = words[5], words[6]
         place = Span(span.file, span.line, span.col + first.start(), span.col + last.end())
-        fixes = [
-            Fix(
-                place, span.text[last.start() : last.end()] + span.text[first.end() : last.start()] + first[0]
-            )
-        ]
+        turned = span.text[last.start() : last.end()] + span.text[first.end() : last.start()] + first[0]
+        fixes = [Fix(place, turned)]
     hint = "form: PULSE(v1 v2 td tr tf width period)" + (
         f"; write `{fixes[0].text}` for the two" if fixes else ""
     )
@@ -201,7 +190,7 @@ def pulse(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[floa
 
 
 def sine(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
-    if a.get(6):
+    if a.get(6) and a.get(3) + a.get(6) / a.nonzero(2, 1.0 / tstop) < tstop:  # others end behind the run
         raise ValueError(
             f"the number of cycles, {a.get(6):g}, is LTspice's; write a B source that is 0 behind them"
         )

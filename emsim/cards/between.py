@@ -103,7 +103,7 @@ class Between(Turning, Card):
         return None
 
     def separations(self, s: Scene) -> list[Expr]:
-        """Of all pairs of polygons, for the start: no corner need be inside where two cross."""
+        """Of all pairs of polygons: no corner need be inside where two cross. Corner to corner they do not touch."""
         if s.in_space:
             return self._separations_in_space(s)
         return [separation(s, a, b) for a, b in self.pairs(s) if not (a[2].radius or b[2].radius)]

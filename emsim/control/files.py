@@ -14,7 +14,7 @@ from .base import Command
 from .budget import RESULTS
 from .errors import CommandError, usage
 from .plots import Plot, Vector, column_name
-from .vectors import _stretched
+from .vectors import Evaluator, _stretched
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -39,22 +39,19 @@ def is_inside(s: Session, path: str) -> bool:
     return any(os.path.commonpath([real, f]) == f for f in folders(s))
 
 
-def target(s: Session, name: str) -> str:
-    """A path that a command may write. Raises CommandError for one outside, for what is no file of results, and for a file that
-    is there and is neither results nor emsim's own."""
+def target(s: Session, name: str, plain: bool = False) -> str:
+    """A path that a command may write, `plain`: without an ending too. Raises CommandError for one outside, for what is no file
+    of results, and for a file that is there and is neither results nor emsim's own."""
     path = os.path.join(s.folder, name)
     if not name or "\0" in name or name.startswith("~"):
-        raise CommandError(
-            "E163",
-            f"`{name}` is no name of a file here",
-            "write it into the working directory or the deck's folder",
-        )
+        hint = "write it into the working directory or the deck's folder"
+        raise CommandError("E163", f"`{name}` is no name of a file here", hint)
     real = os.path.realpath(path)
     if not is_inside(s, path):
         raise CommandError("E163", f"`{name}` lies outside of the working directory and the deck's folder")
     base = os.path.basename(real)
     suffix = base.rpartition(".")[2].lower() if "." in base else ""
-    if base.startswith(".") or suffix not in RESULTS:
+    if base.startswith(".") or (suffix not in RESULTS and not (plain and base == base.partition(".")[0])):
         said = f"`{name}` is no file of results: commands write " + " ".join("." + one for one in RESULTS)
         raise CommandError("E163", said, f"{base.strip('.').partition('.')[0] or 'results'}.txt")
     if real in (*s.own, *map(os.path.realpath, s.deck.deck.named)):
@@ -163,7 +160,7 @@ def write(s: Session, text: str, at: Statement) -> None:
 
     given = text.strip()
     name, _, rest = given.partition(" ")
-    path = target(s, name.strip("\"'") or "rawspice.raw")
+    path = target(s, name.strip("\"'") or "rawspice.raw", plain=True)
     vectors = s.vectors(rest.strip() or "all", at)
     s.budget.make(sum(v.values.nbytes for v in vectors))
     ascii = str(s.variables.get("filetype", "binary")).lower() == "ascii"
@@ -181,25 +178,57 @@ def write(s: Session, text: str, at: Statement) -> None:
     s.say(f'{"ASCII" if ascii else "binary"} raw file "{path}"')
 
 
+def curves(s: Session, text: str) -> list[tuple[Vector, np.ndarray, str]]:
+    """(vector, what it is over, the name of that) of a list with `vs` in it."""
+    text = words.without_braces(text)
+    tree = s.tree(text, "vectors")
+    evaluator = Evaluator(s, text)
+    found: list[tuple[Vector, np.ndarray, str]] = []
+    waiting: list[Vector] = []
+    items = list(tree[1])
+    k = 0
+    while k < len(items):
+        if items[k].__class__ is not tuple and items[k].type == "VERSUS":
+            if k + 1 >= len(items) or not waiting:
+                usage("vector vs vector", "`vs` stands between vectors")
+            over = evaluator.named(items[k + 1])[0]
+            found += [(v, over.values.real, over.name) for v in waiting]
+            waiting, k = [], k + 2
+            continue
+        waiting += evaluator.named(items[k])
+        k += 1
+    for v in waiting:
+        plot = v.plot or s.plots.current
+        scale = v.scale or plot.scale
+        if scale is not None and len(scale) == len(v):
+            name = plot.scale.name if plot.scale is not None and v.scale is not None else scale.name
+            found.append((v, scale.values.real, name))
+        else:
+            found.append((v, np.arange(len(v), dtype=float), "index"))
+    for v, x, _ in found:
+        if len(x) != len(v):
+            raise CommandError("E164", f"`{v.name}` has {len(v)} numbers over {len(x)}")
+    return found
+
+
 def wrdata(s: Session, text: str, at: Statement) -> None:
     """Columns of text: before each vector its scale (`set wr_singlescale`: once), of complex ones two columns."""
     name, _, rest = text.strip().partition(" ")
     if not rest.strip():
-        usage("wrdata file vector ..", "a file and vectors are needed")
-    path = target(s, name.strip("\"'"))
-    vectors = s.vectors(rest.strip(), at)
+        usage("wrdata file vector .. [vs vector]", "a file and vectors are needed")
+    path = target(s, name.strip("\"'"), plain=True)
+    found = curves(s, rest.strip())
+    vectors = [v for v, _, _ in found]
     digits = s.digits if "numdgt" in s.variables else DIGITS
     s.budget.make((digits + 8) * sum(map(len, vectors)))
     single = "wr_singlescale" in s.variables
     if single and len({len(v) for v in vectors}) > 1:
         raise CommandError("E164", "with wr_singlescale the vectors need one length")
     columns: list[tuple[str, list[float] | None]] = []
-    for k, v in enumerate(vectors):
-        plot = v.plot or s.plots.current
-        scale = v.scale or plot.scale
-        if (not single or not k) and scale is not None:
-            fits = len(scale) == len(v)
-            columns.append((scale.name, scale.values.real.tolist() if fits else list(range(len(v)))))
+    for k, (v, x, over) in enumerate(found):
+        scale = (v.plot or s.plots.current).scale
+        if (not single or not k) and (scale is not None or over != "index"):
+            columns.append((scale.name if scale is not None and over == "index" else over, x.tolist()))
         if v.is_complex:
             columns += [(v.name, v.values.real.tolist()), (v.name, v.values.imag.tolist())]
         else:
@@ -302,7 +331,7 @@ COMMANDS = (
     ),
     Command(
         "wrdata",
-        "wrdata file vector ..",
+        "wrdata file vector .. [vs vector]",
         "columns of text; `set wr_singlescale`, `set wr_vecnames`",
         wrdata,
         records=True,

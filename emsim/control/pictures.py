@@ -6,10 +6,9 @@ import re
 
 import numpy as np
 
-from . import words
 from .base import Command
 from .errors import CommandError, usage
-from .files import target, wrote
+from .files import curves, target, wrote
 from .plots import Vector
 
 TYPE_CHECKING = False
@@ -48,41 +47,6 @@ def divided(text: str) -> tuple[str, dict[str, list[str]]]:
         kept.append(tokens[k])
         k += 1
     return " ".join(kept), options
-
-
-def curves(s: Session, text: str) -> list[tuple[Vector, np.ndarray, str]]:
-    """(vector, what it is over, the name of that) of a list with `vs` in it."""
-    text = words.without_braces(text)
-    tree = s.tree(text, "vectors")
-    from .vectors import Evaluator
-
-    evaluator = Evaluator(s, text)
-    found: list[tuple[Vector, np.ndarray, str]] = []
-    waiting: list[Vector] = []
-    items = list(tree[1])
-    k = 0
-    while k < len(items):
-        if items[k].__class__ is not tuple and items[k].type == "VERSUS":
-            if k + 1 >= len(items) or not waiting:
-                usage(PLOT, "`vs` stands between vectors")
-            over = evaluator.named(items[k + 1])[0]
-            found += [(v, over.values.real, over.name) for v in waiting]
-            waiting, k = [], k + 2
-            continue
-        waiting += evaluator.named(items[k])
-        k += 1
-    for v in waiting:
-        plot = v.plot or s.plots.current
-        scale = v.scale or plot.scale
-        if scale is not None and len(scale) == len(v):
-            name = plot.scale.name if plot.scale is not None and v.scale is not None else scale.name
-            found.append((v, scale.values.real, name))
-        else:
-            found.append((v, np.arange(len(v), dtype=float), "index"))
-    for v, x, _ in found:
-        if len(x) != len(v):
-            raise CommandError("E164", f"`{v.name}` has {len(v)} numbers over {len(x)}")
-    return found
 
 
 def draw(s: Session, path: str, text: str) -> None:

@@ -31,7 +31,7 @@ from ..diagnostics import Fix, OutsideError, did_you_mean, instead, suggest
 from ..draws import SEED, Draws
 from ..elements import MODEL_TYPES, Element
 from ..expr import Call, ExprError, Name, Node, Num, evaluate, fold
-from ..source import NoCollection
+from ..source import Line, NoCollection
 from ..syntax import LineError
 from ..traced import number
 from ..units import ABSOLUTE_ZERO, spice_leftover, spice_number
@@ -645,10 +645,19 @@ class _Flattener:
             flat.views.append(viewed(card, scope, self.sink))
         elif card.kind == "control":
             lines, analyses = card.items
-            flat.commands += lines
+            flat.commands = sorted([*flat.commands, *lines], key=_place)  # as they stand, files within files
             known = [(a.kind, a.args, a.flags) for a in flat.analyses]
             for a in analyses:
                 args = [as_float(v, scope) if isinstance(v, Node) else v for v in a.args]
                 if (a.kind, args, a.flags) not in known:
                     flat.commanded.append(Analysis(a.kind, args, a.flags, a.span))
                     flat.analyses.append(flat.commanded[-1])
+
+
+def _place(line: Line) -> list[int]:
+    """The line's number, behind those of the .include's that lead to it."""
+    numbers, at = [line.number], line.file.included_from
+    while at is not None:
+        numbers.insert(0, at.line)
+        at = at.file.included_from
+    return numbers

@@ -247,3 +247,67 @@ def test_steps_that_creep_are_handed_to_another_method():
     for node in "yxswzu":
         for t in (25e-9, 32e-9, 40e-9):
             assert found.at(f"v({node})", t) == pytest.approx(other.at(f"v({node})", t), abs=5e-3)
+
+
+def test_a_start_for_a_node_that_is_not_there_is_told_and_passed_over():
+    """ngspice: IC on non-existent node, ignored."""
+    text = (
+        "t\nv1 a 0 1\nr1 a b 1k\nc1 b 0 1u\n.ic v(nix)=1 v(b)=0.5\n.nodeset v(bb)=2\n.tran 10u 1m uic\n.end\n"
+    )
+    result, codes = ran(text)
+    assert codes == ["W294", "W294"] and result.diagnostics[1].hint == "did you mean `b`?"
+    assert result.at("v(b)", 1e-3) == pytest.approx(1 - 0.5 * math.exp(-1), rel=1e-4)
+
+
+def test_marks_of_what_is_not_listed_are_passed_over():
+    result, codes = ran("t\nv1 a 0 1\n.prot\nr1 a 0 1k\n.unprot\n.op\n.end\n")
+    assert codes == [] and result["i(v1)"][0] == pytest.approx(-1e-3)
+
+
+def test_options_among_commands_are_those_of_the_deck():
+    """As in ngspice: they hold for what stands above them too."""
+    text = """t
+v1 a 0 1
+r1 a 0 1k tc1=1e-2
+.control
+op
+print i(v1)
+.options temp=127
+.endc
+.end
+"""
+    result, codes = ran(text)
+    assert codes == [] and "i(v1) = -5.00000e-04" in result.output
+    with pytest.raises(emsim.DeckError) as refused:
+        emsim.run(text.replace("temp=127", "temp=(1"))
+    assert refused.value.diagnostics[0].code == "E103"
+
+
+@pytest.mark.parametrize("source", ["v(a)", "i(v1)"])
+def test_a_resistance_without_end_is_1e20_as_ngspice_writes_it(source):
+    """Nothing flows into a gate."""
+    text = f"""t
+v1 a 0 1
+m1 d a 0 0 n
+r1 d vd 1k
+vd vd 0 5
+.model n nmos(vto=0.5 kp=1e-4)
+.tf {source.replace("v(a)", "v(d)")} v1
+.end
+"""
+    result, codes = ran(text)
+    assert codes == [] and result["v1#input_impedance"][0] == 1e20
+
+
+def test_cycles_of_a_sine_that_end_behind_the_run_change_nothing():
+    """LTspice's seventh number; ngspice passes it over."""
+    assert ran("t\nv1 a 0 SIN(0 1 50 0 0 0 50)\nr1 a 0 1\n.tran 1m 20m\n.end\n")[1] == []
+
+
+@pytest.mark.parametrize("command", ["wrdata w v(a)", "write w v(a)"])
+def test_numbers_go_into_a_file_without_an_ending(scratch, command):
+    text = f"t\nv1 a 0 1\nr1 a 0 1k\n.control\nop\n{command}\n.endc\n.end\n"
+    assert ran(text)[1] == [] and (scratch / "w").stat().st_size > 10
+    (scratch / "w").write_text("all: w\n\tcc w.c\n")
+    for wrong in (text, text.replace(command, "echo x > x"), text.replace(" w v", " .w v")):
+        assert [d.code for d in emsim.run(wrong).diagnostics] == ["E163"]

@@ -3,6 +3,7 @@ a file, `run` without an analysis. ngspice goes on in each of these."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import emsim
@@ -83,3 +84,21 @@ def test_an_expression_that_is_shown_has_the_name_it_was_given(card):
         f"named\nV1 a 0 1\nR1 a 0 1k\n.dc V1 0 2 1\n{card}\n.control\nrun\nprint out\n.endc\n.end\n"
     )
     assert result["out"].tolist() == [0.0, 2.0, 4.0] and "W287" not in [d.code for d in result.diagnostics]
+
+
+def test_columns_over_another_vector(scratch):
+    """`vs` as in plot: the vector behind it stands in front of those before it, in place of their scale."""
+    commands = "tran 1u 1m\nwrdata w v(a) vs i(v1) v(a)\nset wr_vecnames\nset wr_singlescale\nwrdata one.txt v(a) vs i(v1)"
+    assert emsim.run(SINE.format(commands=commands)).diagnostics == []
+    table = np.loadtxt(scratch / "w")
+    assert table.shape[1] == 4 and np.allclose(table[:, 1], -1e3 * table[:, 0]) and table[-1, 2] == 1e-3
+    assert (scratch / "one.txt").read_text().split()[:2] == ["i(v1)", "v(a)"]
+    assert codes(SINE.format(commands="tran 1u 1m\nwrdata w.txt vs v(a)")) == ["E161"]
+
+
+def test_sections_of_included_files_are_carried_out_where_they_stand(scratch):
+    (scratch / "power.inc").write_text("* measures\n.control\nlet twice = 2*once\n.endc\n")
+    text = SINE.format(commands="op\nlet once = 4")
+    text = text.replace(".end\n", ".include power.inc\n.control\nprint twice\n.endc\n.end\n")
+    (scratch / "deck.cir").write_text(text)
+    assert "twice = 8" in emsim.run(scratch / "deck.cir").output

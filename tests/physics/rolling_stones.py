@@ -93,3 +93,37 @@ class SlidingTop:
     def run(self, until, t):
         start = [0.0, 0.0, self.height, *self.turned.as_quat(), 0.0, 0.0, 0.0, *self.w]
         return solve_ivp(self.rates, (0.0, until), start, **TIGHT).sol(t)
+
+
+class RollingDisc:
+    """A thin disc that rolls on z = 0 without slip, against a moment `rolling` N along its turning in the plane, N the load.
+    In world axes, with e its axle, k the normal, a the arm to where it touches and v = -w x a:
+        J w' + w x J w = a x F - rolling N t,   F = m (v' + g k),   N = k F,   e' = w x e."""
+
+    def __init__(self, r, m, rolling, axle, w) -> None:
+        self.r, self.m, self.rolling = r, m, rolling
+        self.axle, self.w = np.array(axle, dtype=float), np.array(w, dtype=float)
+
+    def arm(self, e, rate=(0.0, 0.0, 0.0)):
+        """It, and its rate for that of e."""
+        k, rate = np.array([0.0, 0.0, 1.0]), np.asarray(rate)
+        up = k - e[2] * e
+        size = np.linalg.norm(up)
+        moved = -rate[2] * e - e[2] * rate
+        return -self.r * up / size, -self.r * (moved / size - up * (up @ moved) / size**3)
+
+    def rates(self, _, y):
+        e, w, m = y[:3] / np.linalg.norm(y[:3]), y[3:6], self.m
+        k = np.array([0.0, 0.0, 1.0])
+        j = 0.25 * m * self.r**2 * (np.eye(3) + np.outer(e, e))
+        a, moved = self.arm(e, np.cross(w, e))
+        skew = np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+        push = m * (G * k - np.cross(w, moved))
+        along = np.array([w[0], w[1], 0.0]) / np.hypot(w[0], w[1])
+        lever = skew - self.rolling * np.outer(along, k)  # of F: its moment about the centre
+        turns = np.linalg.solve(j - m * lever @ skew, lever @ push - np.cross(w, j @ w))
+        return [*np.cross(w, e), *turns, *-np.cross(w, a)[:2]]
+
+    def run(self, until, t):
+        """Axle, turning and place at the times t."""
+        return solve_ivp(self.rates, (0.0, until), [*self.axle, *self.w, 0.0, 0.0], **TIGHT).sol(t)

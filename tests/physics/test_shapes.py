@@ -220,3 +220,14 @@ def test_a_polygon_weighs_what_its_area_does():
     )
     swing = 0.5 * 2 * ((0.1**2 + (0.2 / 3) ** 2) + (0.3**2 + 0.2**2) / 18)
     assert r["ke()"][0] == pytest.approx(swing, rel=1e-9)
+
+
+def test_corners_that_meet_point_to_point_are_not_passed_in_silence():
+    """Two wedges on one floor: no corner of one comes within the edges of the other, and nothing stops them."""
+    with pytest.raises(emsim.ConvergenceError) as found:
+        emsim.run(
+            "two wedges\n.gravity 9.81\nSHAPE floor 0 box(2,0.2) at=(0,-0.1)\n"
+            "BODY one m=1 shape=polygon(0,0,-0.02,0.1,-0.1,0.02) x=-0.01 vx=1\n"
+            "BODY two m=1 shape=polygon(0,0,0.1,0.02,0.02,0.1) x=0.01 vx=-1\nCONTACT touch all e=0\n.tran 1m 0.03\n"
+        )
+    assert found.value.diagnostics[0].code == "E415"

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from circuit_decks import codes, deck, remarks
+from circuit_decks import deck, remarks
 
 import emsim
 
@@ -51,10 +51,6 @@ def test_nodeset_picks_the_state_of_a_latch() -> None:
     for node, other in (("p", "q"), ("q", "p")):
         r = emsim.run(deck(*latch, f".nodeset v({node})=5 v({other})=0", ".op"))
         assert r.table("op")[f"v({node})"][0] > 4.9
-
-
-def test_ic_of_an_unknown_node() -> None:
-    assert codes("V1 a 0 1", "R1 a 0 1", ".ic v(b)=1", ".tran 1m 10m") == ["E289"]
 
 
 def test_a_node_behind_capacitors_starts_at_zero_with_a_warning() -> None:

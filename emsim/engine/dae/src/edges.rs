@@ -144,10 +144,9 @@ impl Edges {
             times: vec![0.0; m],
             seen: vec![Seen::default(); m],
             clear: vec![f64::INFINITY; m],
-            pending: Vec::with_capacity(m),
             at: f64::NAN,
-            flipped: Vec::with_capacity(m),
             when: f64::NAN,
+            ..EdgeWork::default()
         }
     }
 

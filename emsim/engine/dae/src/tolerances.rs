@@ -44,6 +44,8 @@ pub struct Options {
     pub maxsteps: f64,
     /// energy accounts are kept: what a method knows of the inside of its steps is wanted
     pub accounts: bool,
+    /// unknowns that rows show; none where they are all of use
+    pub shown: Vec<u32>,
     /// length of the run and of its print grid [s]; 0 where they are not known
     pub span: f64,
     pub grid: f64,
@@ -70,6 +72,7 @@ impl Default for Options {
             projection: true,
             maxsteps: 1e8,
             accounts: false,
+            shown: Vec::new(),
             span: 0.0,
             grid: 0.0,
             stuck_flag: None,

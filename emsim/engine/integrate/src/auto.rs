@@ -6,11 +6,11 @@
 //!     is linear: a step of `SMOOTH` is one solution there, with a factorisation that is kept, from one corner to the next. Nor with
 //!     more than `LOOPS` closed loops, which every stage has to be brought onto.
 //!  2. Otherwise implicit (`implicit`): `SMOOTH` where nothing turns within a step, `GENTLE` where exponentials alone do, `SHORT` where they
-//!     do beside what throws many-step methods back: switches, machines, coils that ring on with what a junction has left in them. Exponentials
-//!     written as expressions bend what rings beside them more gently than a junction: `SMOOTH` there. `GENTLE` all the same where a
-//!     circuit has currents that follow from changes of what is stored, as of a source with the charge of a junction across it:
-//!     `SHORT` has to solve for them anew in every row, ten solutions each. `SHORT` too where all is linear and the factors fill so
-//!     much that its one factorisation a step outweighs all the steps that `SMOOTH` saves (`fills`).
+//!     do beside what throws many-step methods back: switches, machines, coils that ring on with what a junction has left in them.
+//!     Exponentials written as expressions bend what rings beside them more gently than a junction: `SMOOTH` there. `GENTLE` all the same
+//!     where currents follow from changes of what is stored, as of a source with the charge of a junction across it, unless nothing of it is
+//!     shown beside switches: `SHORT` has to solve for them anew in every row, ten solutions each. `SHORT` too where all is linear and the
+//!     factors fill so much that its one factorisation a step outweighs all the steps that `SMOOTH` saves (`fills`).
 //!  3. A run begins implicitly where its fastest eigenvalue is `FAST` times faster than the shortest time that its sources and its print
 //!     grid speak of: order is lost on what follows such a mode long before stability is. Also where that mode is damped and `LASTING` times
 //!     faster than the run is long: it will have died, and stability will want all those steps.
@@ -83,12 +83,14 @@ fn explicit(sys: &System) -> Result<&'static str, String> {
 fn implicit(sys: &System, o: &Options) -> &'static str {
     let thrown_back = !sys.flags.is_empty() || mechanical(sys) || sys.has_coils();
     let turns = sys.devices() > 0 || (sys.is_exponential() && !thrown_back);
+    let all = o.accounts || sys.flags.is_empty() || o.shown.is_empty();
+    let slopes = || undetermined(sys).iter().zip(0..).any(|(&of_slopes, k)| of_slopes && (all || o.shown.contains(&k)));
     match (turns, thrown_back) {
         _ if o.reltol < TIGHT => SMOOTH,
         (false, _) if sys.pure_linear && fills(sys, o) => SHORT,
         (false, _) => SMOOTH,
         (true, false) => GENTLE,
-        (true, true) if !mechanical(sys) && undetermined(sys).contains(&true) => GENTLE,
+        (true, true) if !mechanical(sys) && slopes() => GENTLE,
         (true, true) => SHORT,
     }
 }

@@ -51,8 +51,9 @@ pub struct Transient {
     pub drawn: bool,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
 pub enum Status {
+    #[default]
     Ok,
     Failed,
     Interrupted,
@@ -67,6 +68,7 @@ pub struct Failed {
     pub tried: Vec<String>,
 }
 
+#[derive(Default)]
 pub struct Outcome {
     pub status: Status,
     pub failed: Option<Failed>,
@@ -184,6 +186,7 @@ fn begun(
     x: Vec<f64>,
     tick: &mut Tick,
 ) -> Outcome {
+    let o = &Options { shown: sink.reads().to_vec(), ..o.clone() };
     let outcome = make(sys, o, &o.method).and_then(|mut method| conduct(sys, w, a, o, sink, x, &mut *method, tick));
     outcome.unwrap_or_else(|why| Outcome::failed(Failed::at_start("transient", why, vec![])))
 }
@@ -217,28 +220,12 @@ fn conduct(
 impl Outcome {
     /// Of a run that an interrupt has ended between two steps.
     pub fn interrupted() -> Outcome {
-        Outcome { status: Status::Interrupted, ..Outcome::new() }
-    }
-
-    pub(super) fn new() -> Outcome {
-        Outcome {
-            status: Status::Ok,
-            failed: None,
-            events: Vec::new(),
-            resting: Vec::new(),
-            stepped: Vec::new(),
-            jammed: Vec::new(),
-            broken: Vec::new(),
-            watch: Report::default(),
-            end: Vec::new(),
-            ended: 0.0,
-            used: Vec::new(),
-        }
+        Outcome { status: Status::Interrupted, ..Outcome::default() }
     }
 
     /// Of a run that ended before its first step.
     pub(super) fn failed(failed: Failed) -> Outcome {
-        Outcome { status: Status::Failed, failed: Some(failed), ..Outcome::new() }
+        Outcome { status: Status::Failed, failed: Some(failed), ..Outcome::default() }
     }
 }
 

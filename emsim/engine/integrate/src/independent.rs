@@ -353,7 +353,7 @@ fn gather(sys: &System, w: &mut Work, parts: &[Part], meeting: &Meeting, record:
 
 /// What the runs of the parts come to.
 fn together(sys: &System, w: &mut Work, parts: &[Part], done: Vec<(Outcome, Work)>) -> Outcome {
-    let mut whole = Outcome::new();
+    let mut whole = Outcome::default();
     let mut end = vec![0.0; sys.n];
     let (mut complete, mut used) = (true, Vec::<Used>::new());
     for (part, (mut own, done)) in parts.iter().zip(done) {

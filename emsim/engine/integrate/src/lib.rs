@@ -281,10 +281,8 @@ impl History {
     }
 
     pub fn push(&mut self, t: f64, x: &[f64]) {
-        for k in (1..self.t.len()).rev() {
-            self.t[k] = self.t[k - 1];
-            self.x.swap(k, k - 1);
-        }
+        self.t.rotate_right(1);
+        self.x.rotate_right(1);
         self.t[0] = t;
         self.x[0].copy_from_slice(x);
         self.len = (self.len + 1).min(self.t.len());

@@ -92,7 +92,7 @@ impl<'a, S: Sink> Run<'a, S> {
             blow_up: BlowUp::default(),
             branch: Branch::new(sys).filter(|_| o.fixed_step.is_none()),
             ahead: sys.time_only.ahead(&sys.waves, a.tstop),
-            outcome: Outcome::new(),
+            outcome: Outcome::default(),
             before: x.clone(),
             first: true,
             peak: f64::NAN,

@@ -20,7 +20,7 @@ const MORE: f64 = 1.05;
 pub struct BlowUp {
     climbs: u32,
     unknown: usize,
-    part: f64, // of the run, the last step
+    rate: f64, // of the last climb, in parts of what it was, by part of the run
 }
 
 impl BlowUp {
@@ -31,12 +31,14 @@ impl BlowUp {
     pub fn step(&mut self, x: &[f64], tol: &Tolerances, under_ddt: &[bool], part: f64) {
         let counts = |k: usize| under_ddt[k] && tol.peak[k] > 0.0 && x[k].abs() >= tol.largest_like(k);
         let higher = |by: f64| (0..x.len()).find(|&k| x[k].abs() > by * tol.peak[k] && counts(k));
-        // (steps from a start at rest grow)
-        let short = part < SAME && part <= std::mem::replace(&mut self.part, part);
+        let short = part < SAME;
+        let rate = |k: usize| (x[k].abs() / tol.peak[k] - 1.0) / part;
         match short.then(|| higher(MORE)).flatten() {
-            Some(unknown) => (self.climbs, self.unknown) = (self.climbs + 1, unknown),
+            // (towards a pole the rate grows, from a start at rest it falls)
+            Some(k) if rate(k) < self.rate => {}
+            Some(k) => (self.climbs, self.unknown, self.rate) = (self.climbs + 1, k, rate(k)),
             None if self.climbs > 0 && short && higher(1.0).is_some() => {}
-            None => self.climbs = 0,
+            None => (self.climbs, self.rate) = (0, 0.0),
         }
     }
 

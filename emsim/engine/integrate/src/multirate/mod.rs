@@ -217,7 +217,7 @@ impl<'a> Multirate<'a> {
         circuit.start(fm.as_mut());
         circuit.record.hold();
 
-        let mut outcome = Outcome::new();
+        let mut outcome = Outcome::default();
         let longest = a.tmax.unwrap_or(((a.tstop - a.tstart) / 50.0).max(a.tstop / IMPOSED));
         let ahead_of_time = slow.system.time_only.ahead(&slow.system.waves, a.tstop);
         let mut pace = Pace { h: (1e-4 * a.tstop).min(longest), ..Pace::default() };
@@ -282,7 +282,7 @@ impl<'a> Multirate<'a> {
             }
             known = self.smooth(&self.seen, &response);
         }
-        let circuit = std::mem::replace(&mut circuit.outcome, Outcome::new());
+        let circuit = std::mem::take(&mut circuit.outcome);
         if circuit.status != Status::Ok {
             outcome.status = circuit.status;
             outcome.failed = circuit.failed.map(|f| Failed { why: f.why.renumbered(&fast.of), ..f });

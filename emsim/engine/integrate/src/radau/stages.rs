@@ -143,11 +143,8 @@ impl Radau {
                 let left = (most - iteration) as i32;
                 let slow = norm * theta.powi(left) / (1.0 - theta).max(1e-3) > 10.0 * target;
                 if away || slow && (iteration > 2 || theta < 0.2) && norm > 100.0 * floor {
-                    if iteration > 2 && self.within_rounding(sys, w, h, tol) {
-                        self.newton.level = self.newton.level.max(norm);
-                        return Ok(iteration);
-                    }
-                    return Err((self.farthest(tol), true));
+                    let known = iteration > 2 && self.within_rounding(sys, w, h, tol);
+                    return if known { Ok(iteration) } else { Err((self.farthest(tol), true)) };
                 }
             } else {
                 first = norm;
