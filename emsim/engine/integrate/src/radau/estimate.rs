@@ -22,6 +22,8 @@ const NOT_STIFF: f64 = 0.6;
 /// An estimate that is still there at this share of the step does not fall with it.
 const STAYS: f64 = 0.1;
 
+/// At most so far is the tolerance relaxed where rounding forbids it.
+const MOST_RELAXED: f64 = 200.0;
 /// More than this share of a signal is not believed to be rounding. (Where constraints are nearly dependent, at change points of
 /// a mechanism, it is 1e-8 and more.) A diode that turns off under a coil's current looks like it at first: steps collapse, and
 /// the estimate does not fall with them.
@@ -40,7 +42,7 @@ pub fn share(reltol: f64) -> f64 {
 
 /// What may be rounding, in units of the tolerance.
 pub fn believed(tol: &Tolerances) -> f64 {
-    ROUNDING / tol.reltol
+    (ROUNDING / tol.reltol).min(MOST_RELAXED)
 }
 
 /// Largest |e_i| in units of the tolerance, over what stands under d/dt.
@@ -88,8 +90,13 @@ impl Radau {
         w.counters.solves += 2;
     }
 
-    /// Was the last update of the stages no more than that, where it is more than the tolerance? No iteration gets nearer.
+    /// Was the last update of the stages no more than that, where it is more than the tolerance? No iteration gets nearer. The
+    /// derivatives at hand are the last stage's.
     pub(super) fn within_rounding(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> bool {
+        self.matrices.keep(sys, w);
+        if self.matrices.factor(sys, w, h, &self.scheme.eigenvalues()).is_err() {
+            return false;
+        }
         self.round(sys, w, h);
         let end = &self.points.x[self.scheme.s - 1];
         let within = |i: usize| {

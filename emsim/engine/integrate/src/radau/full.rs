@@ -139,13 +139,9 @@ impl FullNewton {
                 found = Ok(iteration);
                 break;
             }
-            if flat && was_flat && settled && sys.turns() {
-                m.matrices.keep(sys, w); // (the derivatives at hand are the last stage's)
-                let factored = m.matrices.factor(sys, w, h, &m.scheme.eigenvalues()).is_ok();
-                if factored && m.within_rounding(sys, w, h, tol) {
-                    found = Ok(iteration);
-                    break;
-                }
+            if flat && was_flat && settled && sys.turns() && m.within_rounding(sys, w, h, tol) {
+                found = Ok(iteration);
+                break;
             }
             was_flat = flat;
             old = norm;

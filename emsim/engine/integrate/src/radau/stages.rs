@@ -143,8 +143,7 @@ impl Radau {
                 let left = (most - iteration) as i32;
                 let slow = norm * theta.powi(left) / (1.0 - theta).max(1e-3) > 10.0 * target;
                 if away || slow && (iteration > 2 || theta < 0.2) && norm > 100.0 * floor {
-                    let known = iteration > 2 && self.within_rounding(sys, w, h, tol);
-                    return if known { Ok(iteration) } else { Err((self.farthest(tol), true)) };
+                    return Err((self.farthest(tol), true));
                 }
             } else {
                 first = norm;
