@@ -11,9 +11,10 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +26,11 @@ NETLISTS = ROOT / "netlists"
 REFS = Path(__file__).resolve().parent / "physics" / "refs"
 
 needs_ngspice = pytest.mark.skipif(shutil.which("ngspice") is None, reason="needs the ngspice program")
+
+
+def daily(values: Iterable[Any], every: int) -> list[Any]:
+    """Of seeds or names of one kind, each `every`th; the others run once a week (-m further)."""
+    return [v if k % every == 0 else pytest.param(v, marks=pytest.mark.further) for k, v in enumerate(values)]
 
 
 def deck(name: str) -> str:

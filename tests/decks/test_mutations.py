@@ -10,7 +10,7 @@ import re
 import time
 
 import pytest
-from support import NETLISTS
+from support import NETLISTS, daily
 
 import emsim
 from emsim import pipeline
@@ -109,7 +109,7 @@ def laid_out(text: str) -> None:
     assert meaning(formatted(text)) == meaning(text)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", daily(range(20), 3))
 def test_mutations_are_understood_or_refused(seed, scratch):
     r = random.Random(seed)
     for _ in range(60):

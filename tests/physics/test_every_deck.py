@@ -9,13 +9,12 @@ from support import NETLISTS
 
 import emsim
 
-NOT_YET = {"coupled/relay"}  # its MOSFET is not supported
 REFUSED = {"hard/vhf_driven": "E414"}  # ten days of work: said, not begun
 DRIFTS = ("hard/", "lessons/10_constraint")  # what a loose tolerance does there is what they show
 DECKS = sorted(
     name
     for p in NETLISTS.rglob("*.cir")
-    if (name := str(p.relative_to(NETLISTS).with_suffix(""))) not in NOT_YET and "/inc/" not in name
+    if "/inc/" not in (name := str(p.relative_to(NETLISTS).with_suffix("")))
 )
 
 

@@ -450,7 +450,7 @@ def test_the_arm_within_its_cone_comes_to_rest(formulation):
         np.max(r["swing(hip)"]) < math.radians(50.0) + 1e-6 and np.max(np.abs(r["twist(hip)"])) < 1.0 + 1e-6
     )
     assert r["hits(rim)"][-1] >= 1 and r["hits(turn)"][-1] >= 2
-    # (but for a point in the instant in which it stops)
-    assert np.quantile(r["torque(rub)"], 0.999) < 0.1 * (1.0 + 1e-6)
+    # (but for the rows on either side of the instants in which it stops)
+    assert np.sum(np.asarray(r["torque(rub)"]) > 0.1 * (1.0 + 1e-6)) <= 4
     assert abs(r["swing(hip)"][-1] - r.at("swing(hip)", 11.0)) < 1e-9
     assert r.energy.share < 1e-5

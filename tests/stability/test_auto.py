@@ -135,11 +135,11 @@ def test_from_explicit_to_implicit():
     assert np.sort(apart)[:-4].max() < 1e-4 and apart.max() < 1e-2
 
 
-def test_from_implicit_to_explicit():
-    """Stiffness that fades: the run ends explicitly, on the same solution."""
+def test_stiffness_that_fades():
+    """There is no way back: the run ends as it began, on the same solution."""
     found, reference = run(SMOOTH, "method=auto reltol=1e-6"), tight(SMOOTH, "method=radau reltol=1e-9")
     names = methods(found)
-    assert names[0] == "radau" and names[-1] == "dop853"
+    assert names == ["radau"]
     t = np.linspace(0.5, 80, 160)
     apart = [found.at("v(x)", x) - reference.at("v(x)", x) for x in t]
     assert np.abs(apart).max() < 1e-4

@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from linear_networks import GRID, SPAN, Network, Unsuitable, capacitor_loops, driven, network
+from support import daily
 
 import emsim
 from emsim.diagnostics import ConvergenceError, DeckError
@@ -97,7 +98,7 @@ def too_far(
     return wrong
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", daily(SEEDS, 3))
 def test_a_random_linear_network_is_what_its_matrix_exponential_says(seed, record_property):
     net = network(seed)
     asked = [one for one in ASKED if (seed, *one) not in OPEN["network"]]
@@ -106,7 +107,7 @@ def test_a_random_linear_network_is_what_its_matrix_exponential_says(seed, recor
     assert not wrong, "\n".join([*wrong, net.deck()])
 
 
-@pytest.mark.parametrize("seed", LOOPS)
+@pytest.mark.parametrize("seed", daily(LOOPS, 3))
 def test_a_loop_of_capacitors_through_sources_whose_current_is_read(seed):
     """Under auto at 1e-6, 19 of 186 were off by more than a hundred tolerances, 12 of 80 with F and H."""
     net = capacitor_loops(seed)

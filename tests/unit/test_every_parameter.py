@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import daily
 
 import emsim
 from emsim.cards import CARDS
@@ -431,7 +432,7 @@ def tried(name: str) -> Iterator[tuple[dict[str, float | None], tuple[float, flo
     yield from ((card, pair) for pair in pairs for card in cards)
 
 
-@pytest.mark.parametrize("name", module_words())
+@pytest.mark.parametrize("name", daily(module_words(), 3))
 def test_a_parameter_of_a_module_is_not_ignored(name):
     module, word = shipped(name.split()[0]), name.split()[1]
     is_instance = module.parameters[word.lower()]["instance"]

@@ -117,7 +117,7 @@ RUST_ROWS = [
     ["derive"],
     ["graph"],
     ["interrupt", "foreign"],
-    ["syntax", "stopwatch"],
+    ["rounding", "syntax", "stopwatch"],
 ]
 RUST_LEVEL = {name: level for level, row in enumerate(RUST_ROWS) for name in row}
 

@@ -9,12 +9,9 @@
 //! integrated by Clenshaw and Curtis (the same, p. 128). Segments follow each other; where the end of one and the start of the
 //! next differ the signal jumps. A step of an integrator is a segment whose polynomial is the method's own dense output; other
 //! tables have one between neighbouring points.
-use crate::conditions::ROUNDING;
 use crate::interpolate::Points;
+use crate::rounding::{SAME, SUMMED};
 use std::f64::consts::PI;
-
-/// Of the whole swing: extremes that differ by less are equal.
-const EQUAL: f64 = 1e-9;
 
 /// (1) on 0 .. 1.
 pub fn nodes(n: usize) -> Vec<f64> {
@@ -235,7 +232,7 @@ impl Curve {
     /// level crosses it where it leaves, as in ngspice; what starts on another signal does not.
     pub fn crossings(&self, level: &Curve, begin: f64, end: f64) -> Vec<(f64, i32)> {
         let size = |y: &[f64]| y.iter().filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
-        let rounded = ROUNDING * size(&self.y).max(size(&level.y));
+        let rounded = SUMMED * size(&self.y).max(size(&level.y));
         let near = |d: f64| if d.abs() <= rounded { 0.0 } else { d };
         let d: Vec<f64> = self.y.iter().zip(&level.y).map(|(a, b)| near(a - b)).collect();
         let within = |t: f64| begin <= t && t <= end;
@@ -270,7 +267,7 @@ impl Curve {
             return None;
         }
         let part = self.cut(begin, end);
-        let near = EQUAL * part.swing();
+        let near = SAME * part.swing();
         let turn = |sign: i32| {
             let (value, place) = part.extreme(f64::from(sign));
             ((direction == 0 || direction == sign) && (value - level.y[0]).abs() <= near).then_some(place)
@@ -382,7 +379,7 @@ impl Curve {
         if !best.is_finite() || !least.is_finite() {
             return (sign * best, self.x[first]);
         }
-        let equal = best - EQUAL * (best - least);
+        let equal = best - SAME * (best - least);
         if 0 < first && first < y.len() - 1 && turns.iter().any(|f| f.0 >= equal) {
             found.clear(); // a point beside the turn
         }

@@ -48,7 +48,6 @@ SPECIAL = {
     "coupled/vibration_sensor": (1e-8, "0.2m 0.2"),
     "coupled/ref_pwm_hbridge_motor": (1e-9, "50u 0.2 UIC"),
 }
-NOT_YET = {"coupled/relay"}  # its MOSFET is not supported
 # columns that only one of them has (quaternions), forces that nothing determines (redundant rows), forces and modes at
 # instants of events, screws that count turns, no .tran at all: what these must do stands in tests/physics/test_zoo.py
 ELSEWHERE = {
@@ -111,9 +110,7 @@ def apart(joint: emsim.Result, absolute: emsim.Result) -> dict[str, float]:
 MOTION_ALONE = ("mechanical/ref_n_four_bar", "mechanical/ref_n_four_bar_40", "coupled/puma560")
 
 
-@pytest.mark.parametrize(
-    "name", [d for d in DECKS if d not in NOT_YET | ELSEWHERE and "ref_andrews" not in d]
-)
+@pytest.mark.parametrize("name", [d for d in DECKS if d not in ELSEWHERE and "ref_andrews" not in d])
 def test_both_formulations_agree(name):
     reltol, tran = SPECIAL.get(name, (1e-9, None))
     text = deck(name) if name in MOTION_ALONE else with_reactions(deck(name))

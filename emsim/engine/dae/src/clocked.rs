@@ -19,8 +19,8 @@
 use crate::foreign::exchange::{Place, Seat};
 use crate::foreign::{unit::Unit, Spec};
 use crate::graph::{Graph, Id};
+use crate::rounding::SUMMED;
 use crate::tape::{Inputs, Tape};
-use crate::waves::SNAP;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -164,7 +164,7 @@ impl Edges {
 
     /// Everything up to t happens.
     fn advance(&mut self, t: f64, dead: f64) {
-        let until = t + SNAP * t;
+        let until = t + SUMMED * t;
         while let Some(&(at, level)) = self.turns.front().filter(|turn| turn.0 <= until) {
             self.turns.pop_front();
             self.turn(level, at, dead);
@@ -298,7 +298,7 @@ impl Live {
     /// Everything up to the time of `left` happens.
     pub fn advance(&mut self, clocked: &Clocked, left: &Left) -> Result<(), Trouble> {
         let t = left.t;
-        let until = t + SNAP * t;
+        let until = t + SUMMED * t;
         for (k, held) in self.held.iter_mut().enumerate() {
             while held.front().is_some_and(|held| held.0 <= until) {
                 let (_, values) = held.pop_front().unwrap_or_default();

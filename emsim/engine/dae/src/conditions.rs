@@ -1,10 +1,8 @@
 //! What a flag asks for: laws of flags at their thresholds, and how near to a threshold is on it. The semantics stand in events.rs.
 use crate::graph::{Fun, Graph, Id, Node};
 use crate::model::{Kind, Law, Unknown};
+use crate::rounding::SUMMED;
 use std::collections::HashMap;
-
-/// An operand this near to its threshold, in parts of what is added up in it, is on it: rounding of the solution.
-pub const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Beside the flags: which of them have been beyond their thresholds since they turned, and how wide the thresholds are.
 #[derive(Clone, Default)]
@@ -83,13 +81,13 @@ impl Standing {
     }
 
     pub fn size(&self, k: usize) -> f64 {
-        self.band[k] / ROUNDING
+        self.band[k] / SUMMED
     }
 
     /// What is added up in a flag's operand is so large.
     pub fn widen(&mut self, k: usize, size: f64) {
         if size.is_finite() {
-            self.band[k] = self.band[k].max(ROUNDING * size);
+            self.band[k] = self.band[k].max(SUMMED * size);
         }
     }
 }

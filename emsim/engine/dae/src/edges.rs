@@ -19,14 +19,12 @@ use crate::conditions::{size, Standing};
 use crate::derive::substitute;
 use crate::graph::{Graph, Id, Node};
 use crate::model::{Kind, Law, Model};
+use crate::rounding::{ROUNDED, SAME};
 use crate::tape::{Inputs, Tape};
-use crate::waves::{Wave, GUARD};
+use crate::waves::Wave;
 use std::collections::BTreeMap;
 
 type Entries = BTreeMap<(usize, usize), f64>;
-
-/// Instants nearer than this part of the time that is looked at are one.
-pub const TOGETHER: f64 = 1e-9;
 
 pub struct Edges {
     /// by flag: decided by sources alone
@@ -220,7 +218,7 @@ impl Edges {
         let when = w.when * (1.0 + 1e-12);
         let mut from = t;
         // as far behind t as the next corner is at least: a corner that t stands on to rounding has been passed
-        let behind = t + GUARD * t;
+        let behind = t + ROUNDED * t;
         self.evaluate(w, standing, flags, behind, |k| waves[k].value(behind), false);
         if from <= when {
             // a flag that has just turned stands on its threshold, whatever rounding says, if nothing has jumped
@@ -236,7 +234,7 @@ impl Edges {
             self.evaluate(w, standing, flags, corner, |k| waves[k].value_before(corner), true);
             let (first, until) = self.find_times(w, standing, waves, flags, [from, corner]);
             if first.is_finite() && first <= until {
-                let near = first + TOGETHER * (corner - from).min(1e-3 * corner);
+                let near = first + SAME * (corner - from).min(1e-3 * corner);
                 w.pending.extend(self.flags.iter().zip(&w.times).filter(|(_, &te)| te <= near).map(|(&k, _)| k));
                 w.at = first;
                 return Some(Edge { t: first, flips: true });
@@ -314,7 +312,7 @@ impl Edges {
         for (m, &k) in self.flags.iter().enumerate() {
             let beyond = w.late[m];
             // rounding of ramps that meet is no fault
-            let clear = beyond.abs() <= standing.band[k] || beyond > TOGETHER * standing.size(k);
+            let clear = beyond.abs() <= standing.band[k] || beyond > SAME * standing.size(k);
             if clear && standing.asks(k, self.laws[m], flags[k] != 0.0, beyond) > 0.0 {
                 tell(k);
             }

@@ -17,17 +17,15 @@ mod charges;
 
 use self::charges::Charges;
 use crate::graph::{Graph, Id};
+use crate::rounding::{ROUNDED, SUMMED};
 use crate::system::{Kind, System, Work};
 use crate::tape::{Inputs, Tape};
 use crate::tolerances::{Options, Quantity, Tolerances, PEAK_SHARE};
-use crate::waves::SNAP;
 use std::collections::BTreeMap;
 
 /// So many tolerances: dense output and values that were settled anew are off by a few.
 const MOST: f64 = 10.0;
 const RENEWED: u32 = 1024;
-/// Rounding of so much of what is added up.
-const ROUNDED: f64 = 1e-12;
 
 /// A row that does not hold: what is left of it, what the tolerances allow, and where this was worst.
 #[derive(Clone, Copy, Debug)]
@@ -349,7 +347,7 @@ impl Invariants {
         for &(k, j, v) in &self.sources {
             let slope =
                 sys.waves.get(j as usize).map_or(0.0, |wave| wave.rate(t, true).abs().max(wave.rate(t, false).abs()));
-            self.bounds[k as usize] += v.abs() * slope * SNAP * t;
+            self.bounds[k as usize] += v.abs() * slope * SUMMED * t;
         }
         self.loose.clone_from(&self.bounds);
         let largest = self.largest_currents(sys, w, x);

@@ -111,9 +111,6 @@ impl Law {
     }
 }
 
-/// A flow of so much of what it is made of is 0; an effort so near to its bound is at it.
-pub const NOTHING: f64 = 1e-9;
-
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Form {
     /// |effort| <= bound, effort = -bound where flow > 0

@@ -36,9 +36,9 @@
 //!    others touch without a force. Friction there would have no bound else.
 //!
 //! A = W^T M^-1 W and all that circuits and closed loops add to it is read from the factors of that step, a column a law.
-use crate::edges::TOGETHER;
 use crate::model::{around, Form, Law, LawSpec, Normal};
 use crate::newton::{Newton, Tolerances};
+use crate::rounding::SAME;
 use crate::system::{Kind, Reading, System, Work};
 
 mod bonds;
@@ -112,7 +112,7 @@ impl Short {
         // the modes are asked so much of a step behind the event: at the event itself what is let go has no
         // acceleration yet
         let ahead = (1e-3 * width).max(10.0 * least);
-        Short { instant: least, late: late.max(10.0 * least), ahead, step: width, near: ahead.max(TOGETHER * span) }
+        Short { instant: least, late: late.max(10.0 * least), ahead, step: width, near: ahead.max(SAME * span) }
     }
 }
 

@@ -349,7 +349,7 @@ impl<'a> Dc<'a> {
 ///
 /// Where a run starts (not `w.dc`) and conditions find no rest, as in a relaxation oscillator, there is no such point. The run then starts
 /// from a named substitute: conditions that jump stay as the given values have them, and all that is continuous is solved,
-/// min, max and limits with it. `w.substitute` is the condition that is not what it says there, and how it is held.
+/// min, max and limits with it. `w.doubts.substitute` is the condition that is not what it says there, and how it is held.
 pub fn operating_point(
     sys: &System,
     w: &mut Work,
@@ -359,7 +359,7 @@ pub fn operating_point(
     x: &mut [f64],
 ) -> Result<(), NoPoint> {
     w.gmin = o.gmin;
-    (w.hanging, w.substitute) = (None, None);
+    (w.doubts.hanging, w.doubts.substitute) = (None, None);
     if !statics && sys.unknowns.iter().all(|u| u.kind.mechanical()) {
         // all of it is held where it is
         for _ in 0..CHATTER {
@@ -386,7 +386,7 @@ pub fn operating_point(
     if search.seek(w, x).is_err() {
         return found;
     }
-    w.substitute = sys.asking(w, x, 0.0, Free::All, o.reltol).map(|flag| (flag, w.flags[flag] != 0.0));
+    w.doubts.substitute = sys.asking(w, x, 0.0, Free::All, o.reltol).map(|flag| (flag, w.flags[flag] != 0.0));
     Ok(())
 }
 
@@ -470,7 +470,7 @@ impl Search<'_> {
             return Err(NoPoint { why, tried });
         }
         let found = settled(dc, w, x, self.tol, self.o).map_err(|why| NoPoint { why, tried });
-        w.hanging = dc.hanging(w, x, 0.0, self.o);
+        w.doubts.hanging = dc.hanging(w, x, 0.0, self.o);
         dc.holding.iter().for_each(|holding| holding.end(sys, w));
         found
     }
@@ -529,7 +529,7 @@ impl Search<'_> {
         self.reset(w, x);
         x.copy_from_slice(&point);
         w.restore(&held);
-        w.hanging = Some(hanging);
+        w.doubts.hanging = Some(hanging);
         Ok(())
     }
 

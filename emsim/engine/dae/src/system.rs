@@ -43,6 +43,7 @@ mod stage;
 mod stops;
 pub mod time_only;
 mod together;
+mod work;
 
 pub use self::compile::summed;
 pub use self::counters::Counters;
@@ -52,6 +53,8 @@ use self::linear::Linear;
 use self::lowered::Prepared;
 use self::nonlinear::Nonlinear;
 use self::time_only::TimeOnly;
+use self::work::Programs;
+pub use self::work::{Doubts, Hanging, Held, Unstable, Work};
 use crate::devices::{Met, Near};
 
 /// A node whose row is part of its group's root's, and the place of its column there.
@@ -166,157 +169,6 @@ pub struct Made {
     lowered: Mutex<Option<Box<Prepared>>>,
 }
 
-/// Scratch and held state of one run.
-pub struct Work {
-    pub waves: Vec<f64>,
-    pub flags: Vec<f64>,
-    /// kinks that no event follows for a while: functions of the point that is evaluated, in every iteration
-    pub free: Vec<usize>,
-    standing: Standing,
-    scale: Scale,
-    wave_time: f64,
-    before: f64, // from here on sources have the value before their jump: what lies at a step's end
-    /// values that another system gives, in place of the last waves
-    pub exchanged: ExchangedInputs,
-    /// ... and those that the past gives
-    pub past: Past,
-    /// unknowns and flags that a run begins with, in place of an operating point
-    pub begin: Option<(Vec<f64>, Vec<f64>)>,
-    /// ... and Q there, where other equations have left it
-    pub charges: Option<Vec<f64>>,
-    /// flags that end a run when they turn to 1, or whenever they turn
-    pub halts: Vec<(usize, bool)>,
-    /// steps end at the corners of silent sources too
-    pub every_corner: bool,
-    /// digital nodes, whose levels and ramps are waves
-    pub logic: Live,
-    /// signals of clocks, which are waves
-    pub clocked: clocked::Live,
-    pub source_factor: f64,
-    pub dc: bool, // independent sources at their DC value
-    /// ... but for these, with the value that a sweep gives them
-    pub given: Vec<(usize, f64)>,
-    pub gmin: f64,
-    values: Vec<f64>,
-    jacobian: Vec<f64>,
-    roots: Vec<f64>,
-    pub q: Vec<f64>,
-    pub f: Vec<f64>,
-    pub gv: Vec<f64>,
-    pub cv: Vec<f64>,
-    pub ports: Vec<f64>, // port voltages of devices that limiting holds
-    edges: EdgeWork,
-    asked: Vec<f64>,
-    linear: Linear,
-    lines: Vec<f64>, // devices as straight lines, see `devices::Layout`
-    pub limited: bool,
-    /// devices that are off at the start carry nothing
-    pub without_off: bool,
-    where_finite: bool, // what expressions give that is not finite is left out
-    /// a rest that does not stay: an operating point, the start of a run, or its end
-    pub unstable: Option<Unstable>,
-    /// a run begins where this condition, as it is held, is not what it says: there is no operating point (op.rs)
-    pub substitute: Option<(usize, bool)>,
-    /// of the operating point that was found last: the node that only gmin holds
-    pub hanging: Option<Hanging>,
-    pub counters: Counters,
-}
-
-/// What a run holds between steps beside its state.
-#[derive(Clone)]
-pub struct Held {
-    flags: Vec<f64>,
-    standing: Standing,
-    ports: Vec<f64>,
-    edges: EdgeWork,
-    logic: Live,
-    clocked: clocked::Live,
-}
-
-impl Work {
-    pub fn held(&self) -> Held {
-        Held {
-            flags: self.flags.clone(),
-            standing: self.standing.clone(),
-            ports: self.ports.clone(),
-            edges: self.edges.clone(),
-            logic: self.logic.clone(),
-            clocked: self.clocked.clone(),
-        }
-    }
-
-    /// Does the stretch between the sources' corners end before t?
-    pub fn ends_before(&self, t: f64) -> bool {
-        t > self.before
-    }
-
-    /// From t on, sources have the value before their jumps: t ends a step.
-    pub fn until(&mut self, t: f64) {
-        self.before = t * (1.0 - 8.0 * f64::EPSILON);
-        self.wave_time = f64::NAN;
-    }
-
-    /// The values at the start are given: see `Standing::given`.
-    pub fn start_from_given(&mut self) {
-        self.standing.given = true;
-    }
-
-    pub fn hold_flag(&mut self, flag: Option<usize>) {
-        self.standing.stuck = flag;
-    }
-
-    /// Conditions, and sources at t, as in `other`, for a look at the equations beside the run.
-    pub fn follow(&mut self, other: &Work, t: f64) {
-        self.flags.copy_from_slice(&other.flags);
-        self.waves.copy_from_slice(&other.waves);
-        (self.gmin, self.source_factor, self.wave_time) = (other.gmin, other.source_factor, t);
-    }
-
-    /// As a run begins.
-    pub fn reset_flags(&mut self, sys: &System) {
-        let mut fresh = sys.work();
-        std::mem::swap(&mut fresh.standing.floor, &mut self.standing.floor);
-        let flags = std::mem::replace(&mut self.flags, fresh.flags);
-        (self.standing, self.logic, self.clocked) = (fresh.standing, fresh.logic, fresh.clocked);
-        sys.inherit(self, &flags);
-    }
-
-    pub fn restore_flags(&mut self, held: &Held) {
-        self.flags.copy_from_slice(&held.flags);
-        self.standing = held.standing.clone();
-        self.logic = held.logic.clone();
-        self.clocked = held.clocked.clone();
-        self.clocked.return_exchanges();
-        self.wave_time = f64::NAN;
-    }
-
-    pub fn restore(&mut self, held: &Held) {
-        self.restore_flags(held);
-        self.ports.copy_from_slice(&held.ports);
-        self.edges = held.edges.clone();
-    }
-}
-
-/// What hangs on gmin at an operating point: the node that is farthest from where it would be with less of it, its voltage, and
-/// the largest current that gmin carries.
-#[derive(Clone, Copy, Debug)]
-pub struct Hanging {
-    pub unknown: usize,
-    pub volts: f64,
-    pub amperes: f64,
-}
-
-/// A rest that the least disturbance leads away from (op/unstable.rs).
-#[derive(Clone, Copy, Debug)]
-pub struct Unstable {
-    /// the node that moves most
-    pub unknown: usize,
-    /// Re and Im of s [1/s]; 0 where nothing is stored
-    pub s: (f64, f64),
-    /// a run starts there
-    pub at_start: bool,
-}
-
 impl System {
     fn initial_flag(&self, flag: &FlagSpec) -> f64 {
         let during = runs_during(flag, self.analysis.load(Ordering::Relaxed));
@@ -343,9 +195,11 @@ impl System {
             dc: false,
             given: Vec::new(),
             gmin: 1e-12,
-            values: self.expressions.values.workspace(),
-            jacobian: self.expressions.jacobian.workspace(),
-            roots: self.conditions.roots.workspace(),
+            programs: Programs {
+                values: self.expressions.values.workspace(),
+                jacobian: self.expressions.jacobian.workspace(),
+                roots: self.conditions.roots.workspace(),
+            },
             q: vec![0.0; self.n],
             f: vec![0.0; self.n],
             gv: self.constant.g.clone(),
@@ -359,9 +213,7 @@ impl System {
             limited: false,
             without_off: false,
             where_finite: false,
-            substitute: None,
-            unstable: None,
-            hanging: None,
+            doubts: Doubts::default(),
             counters: Counters::default(),
         };
         w.logic.rest(&self.logic, &w.flags);
@@ -471,12 +323,12 @@ impl System {
         w.counters.evaluations += 1;
         self.turn_free(w, x, t);
         if !self.expressions.values.is_empty() {
-            self.expressions.values.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.values);
+            self.expressions.values.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.programs.values);
             for (k, &row) in self.expressions.f_rows.iter().enumerate() {
-                w.f[row] += self.expressions.values.output(&w.values, k);
+                w.f[row] += self.expressions.values.output(&w.programs.values, k);
             }
             for (k, &row) in self.expressions.q_rows.iter().enumerate() {
-                w.q[row] += self.expressions.values.output(&w.values, self.expressions.f_rows.len() + k);
+                w.q[row] += self.expressions.values.output(&w.programs.values, self.expressions.f_rows.len() + k);
             }
         }
         self.devices.add_values(x, w.gmin, &mut w.f, &mut w.q);
@@ -501,7 +353,9 @@ impl System {
             let (nf, nq) = (self.expressions.f_rows.len(), self.expressions.q_rows.len());
             let all = !w.where_finite;
             let out = |k| {
-                Some(self.expressions.jacobian.output(&w.jacobian, k)).filter(|v| all || v.is_finite()).unwrap_or(0.0)
+                Some(self.expressions.jacobian.output(&w.programs.jacobian, k))
+                    .filter(|v| all || v.is_finite())
+                    .unwrap_or(0.0)
             };
             for (k, &row) in self.expressions.f_rows.iter().enumerate() {
                 w.f[row] += out(k);
@@ -529,7 +383,7 @@ impl System {
             return Vec::new();
         }
         let (nf, nq) = (self.expressions.f_rows.len(), self.expressions.q_rows.len());
-        let absent = |k: usize| !self.expressions.jacobian.output(&w.jacobian, k).is_finite();
+        let absent = |k: usize| !self.expressions.jacobian.output(&w.programs.jacobian, k).is_finite();
         let values = self.expressions.f_rows.iter().enumerate().filter(|&(k, _)| absent(k)).map(|(_, &row)| row);
         let slopes = self.expressions.g_slots.iter().enumerate().filter(|&(k, _)| absent(nf + nq + k));
         values.chain(slopes.map(|(_, &slot)| self.pattern.rowidx[slot])).collect()
@@ -541,7 +395,7 @@ impl System {
     fn expand(&self, w: &mut Work, x: &[f64], t: f64, a: f64, limit: bool, near: Option<Near>) -> Met {
         self.turn_free(w, x, t);
         if !self.expressions.jacobian.is_empty() {
-            self.expressions.jacobian.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.jacobian);
+            self.expressions.jacobian.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.programs.jacobian);
         }
         let met = self.linearise(w, x, a, limit, near);
         w.limited = met.moved;
@@ -575,7 +429,7 @@ impl System {
         }
         let base = self.expressions.f_rows.len() + self.expressions.q_rows.len() + self.expressions.g_slots.len();
         for (k, &(row, col)) in self.expressions.c_places.iter().enumerate() {
-            y[row] += self.expressions.jacobian.output(&w.jacobian, base + k) * x[col];
+            y[row] += self.expressions.jacobian.output(&w.programs.jacobian, base + k) * x[col];
         }
     }
 }

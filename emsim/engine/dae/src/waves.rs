@@ -25,16 +25,12 @@
 pub mod bounds;
 mod rate;
 
+use crate::rounding::{ROUNDED, SUMMED};
 use crate::tape::sin_cos;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::Arc;
-
-/// `next_breakpoint(t)` gives nothing nearer than this part of t.
-pub const GUARD: f64 = 1e-12;
-/// A time this near to a corner, relative to the times it is made of, is the corner.
-pub const SNAP: f64 = 8.0 * f64::EPSILON;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Wave {
@@ -277,13 +273,13 @@ impl Wave {
 
     /// The first corner after t (by more than 1e-12 of t), INFINITY when there is none.
     pub fn next_breakpoint(&self, t: f64) -> f64 {
-        self.corner_after(t, GUARD)
+        self.corner_after(t, ROUNDED)
     }
 
     /// The last of the corners after t that are too near to it to be a breakpoint.
     pub fn hidden_corner(&self, t: f64) -> Option<f64> {
-        let next = |t: f64| Some(self.corner_after(t, SNAP)).filter(|&b| b.is_finite());
-        let hidden = |b: &f64| *b <= t + GUARD * b.abs();
+        let next = |t: f64| Some(self.corner_after(t, SUMMED)).filter(|&b| b.is_finite());
+        let hidden = |b: &f64| *b <= t + ROUNDED * b.abs();
         std::iter::successors(next(t).filter(hidden), |&b| next(b).filter(hidden)).last()
     }
 
@@ -358,7 +354,7 @@ impl Pulse {
     /// t from the start of its period, and what counts as a corner there; None before the first pulse and after the last.
     #[inline]
     fn fold(&self, t: f64, side: Side) -> Option<(f64, f64)> {
-        let snap = SNAP * t.abs().max(self.delay.abs());
+        let snap = SUMMED * t.abs().max(self.delay.abs());
         let s = t - self.delay;
         if !passed(s, 0.0, snap, side) {
             return None;
@@ -449,7 +445,7 @@ impl Pwl {
     /// Points that t has passed, the next of which ends its line; t among the listed times, and what counts as one of them.
     #[inline]
     fn passed(&self, t: f64, side: Side) -> (usize, f64, f64) {
-        let snap = SNAP * t.abs().max(self.delay.abs());
+        let snap = SUMMED * t.abs().max(self.delay.abs());
         let (_, s) = self.fold(t - self.delay, snap, side);
         (self.times.partition_point(|&time| passed(s, time, snap, side)), s, snap)
     }

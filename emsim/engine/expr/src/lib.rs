@@ -8,5 +8,6 @@ pub mod interrupt; // Ctrl-C: the token that all that takes long looks at
 pub mod lanes; // four numbers in one register
 pub mod multiversion; // loops for registers of two numbers and of four
 pub mod repeat; // loops whose end hangs on what they compute
+pub mod rounding; // what counts as equal
 pub mod stopwatch; // seconds on the wall
 pub mod tape; // native evaluation of a set of expressions

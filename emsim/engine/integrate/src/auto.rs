@@ -15,9 +15,8 @@
 //!     grid speak of: order is lost on what follows such a mode long before stability is. Also where that mode is damped and `LASTING` times
 //!     faster than the run is long: it will have died, and stability will want all those steps.
 //!  4. From explicit to implicit by the same measure behind an event whose first step is refused, when stability has limited `STIFF`
-//!     steps in a row, when the step collapses, when a stage cannot be solved, or where a loop comes near a loss of rank, this for good. Back after `TRIAL` implicit steps, on probation: the first explicit
-//!     step must have room to spare, and no less than a quarter of the implicit one. A return that is regretted makes the next one
-//!     twice as rare.
+//!     steps in a row, when the step collapses, when a stage cannot be solved, or where a loop comes near a loss of rank. There is no way
+//!     back: of 335 decks four returned, for no gain in three of them and twice the time in one.
 //!  5. Where a method gives up, the others go on from the last good point in the order of `OTHERS`.
 mod fills;
 
@@ -28,6 +27,7 @@ use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
 use crate::op::undetermined;
 use crate::reduced::Point;
+use crate::rounding::SAME;
 use crate::sparse::Complex;
 use crate::system::{System, Work};
 
@@ -46,23 +46,12 @@ const LOOPS: usize = 6;
 /// Rule 3: a stage of order 8 spans a third of what its step may follow, ten of which make the shortest time.
 const FAST: f64 = 30.0;
 const LASTING: f64 = 2000.0;
-/// Rule 4, of h |lambda| over the bound of stability: near 1 stability is what limits; with two thirds of that there is room.
+/// Rule 4, of h |lambda| over the bound of stability: near 1 stability is what limits.
 const LIMIT: f64 = 0.9;
-const ROOM: f64 = 0.6;
 /// Two steps may be limited by chance, on their way to a longer one.
 const STIFF: u32 = 6;
-/// A step of so little of the longest one is of rounding's size in charges.
-const COLLAPSE: f64 = 1e-7;
-const TRIAL: u32 = 40;
-/// A return that lasted for fewer steps is regretted: what they saved was spent on the way.
-const WORTH: u32 = 100;
-const RAREST: u32 = 1 << 20;
-/// An implicit step is worth so many explicit ones.
-const PRICE: f64 = 4.0;
 /// More than a method has.
 const FORMULAS: usize = 100;
-/// So many changes are told one by one.
-const TOLD: usize = 100;
 
 /// Rule 1: is the explicit form worth making?
 pub fn reduces(sys: &System, o: &Options) -> bool {
@@ -115,23 +104,19 @@ pub struct Auto<'a> {
     o: Options,
     methods: Vec<(&'static str, Box<dyn Method + 'a>)>, // made when first needed
     now: usize,
-    explicit: bool, // rule 1 allows it
     implicit: &'static str,
-    away: bool, // another method goes on in its place
     begun: bool,
     point: Option<Point>, // where eigenvalues are looked for
     feature: f64,         // shortest time that sources and print grid speak of
     t: f64,
-    x: Vec<f64>,                            // the present point, where an attempt may change the method
-    tried: Vec<&'static str>,               // methods that gave up at it
-    longest: f64,                           // attempt from it
-    refused: u32,                           // attempts from it that gave nothing
-    anew: bool,                             // nothing has been accepted since the last restart
-    reach: f64,                             // longest step since the last restart
-    limited: u32,                           // explicit steps in a row that stability limited
-    steps: u32,                             // since the last change
-    patience: u32,                          // implicit steps before the next return
-    probation: Option<(&'static str, f64)>, // the method before, and its step
+    x: Vec<f64>,              // the present point, where an attempt may change the method
+    tried: Vec<&'static str>, // methods that gave up at it
+    longest: f64,             // attempt from it
+    refused: u32,             // attempts from it that gave nothing
+    anew: bool,               // nothing has been accepted since the last restart
+    reach: f64,               // longest step since the last restart
+    limited: u32,             // explicit steps in a row that stability limited
+    steps: u32,               // since the last change
     used: Vec<Used>,
 }
 
@@ -145,9 +130,7 @@ impl<'a> Auto<'a> {
             o: o.clone(),
             methods: vec![(name, make(sys, o, name)?)],
             now: 0,
-            explicit: chosen.is_ok(),
             implicit,
-            away: false,
             begun: false,
             point: None,
             feature: 0.0,
@@ -160,8 +143,6 @@ impl<'a> Auto<'a> {
             reach: 0.0,
             limited: 0,
             steps: 0,
-            patience: TRIAL,
-            probation: None,
             used: vec![Used { t: 0.0, method: name.into(), why }],
         })
     }
@@ -179,7 +160,7 @@ impl<'a> Auto<'a> {
     }
 
     fn explicitly(&self) -> bool {
-        self.explicit && self.name() == EXPLICIT
+        self.name() == EXPLICIT
     }
 
     /// Another method takes over at the present point.
@@ -191,7 +172,6 @@ impl<'a> Auto<'a> {
                 self.methods.len() - 1
             }
         };
-        self.away = name != self.implicit;
         (self.limited, self.refused, self.steps, self.reach) = (0, 0, 0, 0.0);
         self.methods[self.now].1.restart(self.sys, w, self.t, &self.x);
         Ok(())
@@ -202,14 +182,13 @@ impl<'a> Auto<'a> {
         if self.used.last().is_some_and(|u| u.t == self.t) {
             self.used.pop();
         }
-        if self.used.len() < TOLD && self.used.last().is_none_or(|u| u.method != method) {
+        if self.used.last().is_none_or(|u| u.method != method) {
             self.used.push(Used { t: self.t, method, why: why.to_string() });
         }
     }
 
     /// Rule 4, one way.
     fn go_implicit(&mut self, w: &mut Work, why: &str) -> Result<(), Failure> {
-        self.patience = if self.steps < WORTH { (2 * self.patience).min(RAREST) } else { TRIAL };
         self.switch(w, self.implicit)?;
         self.tell(why);
         Ok(())
@@ -222,8 +201,6 @@ impl<'a> Auto<'a> {
             self.feature = 100.0 * h;
             if self.fast(w) {
                 self.go_implicit(w, "stiff from the start")?;
-                // with a loop to close in every stage, the way back does not pay
-                self.explicit = self.sys.reduced().is_ok_and(|r| !r.has_constraints());
             }
         }
         Ok(())
@@ -250,66 +227,20 @@ impl<'a> Auto<'a> {
             if self.anew && self.refused > 0 && self.fast(w) {
                 return self.go_implicit(w, "stiff behind an event");
             }
-            return Ok(());
-        }
-        if self.steps < self.patience || self.refused > 0 || !(self.explicit || self.away) {
-            return Ok(());
-        }
-        // the way back
-        let before = self.name();
-        if self.explicit && self.fast(w) {
-            self.patience = (2 * self.patience).min(RAREST);
-        } else if self.explicit {
-            self.switch(w, EXPLICIT)?;
-            self.probation = Some((before, h));
-        } else {
-            self.patience = (2 * self.patience).min(RAREST);
-            self.switch(w, self.implicit)?;
-            self.tell("once more");
         }
         Ok(())
     }
 
-    /// What the explicit method did on probation: kept, continued, or taken back.
-    fn judge(&mut self, w: &mut Work, result: Attempt) -> Attempt {
-        let Some((before, asked)) = self.probation else { return result };
-        let room = !matches!(self.inner().limit(), Limit::Rank) && self.stiffness() < ROOM;
-        match result {
-            Attempt::Good { .. } if room => {
-                self.probation = None;
-                self.tell("nothing stiff any more");
-                return result;
-            }
-            Attempt::TooLarge { next } if PRICE * next >= asked && room => return result,
-            _ => {}
-        }
-        self.probation = None;
-        self.patience = (2 * self.patience).min(RAREST);
-        match self.switch(w, before) {
-            Ok(()) => Attempt::TooLarge { next: asked },
-            Err(why) => Attempt::Stuck { next: asked, why: why.into() },
-        }
-    }
-
-    fn stiffness(&self) -> f64 {
-        match self.inner().limit() {
-            Limit::Stability(by) => by,
-            _ => 0.0,
-        }
-    }
-
-    /// Why an explicit attempt is the last one, and whether for good.
-    fn given_up(&self, result: &Attempt) -> Option<(&'static str, bool)> {
+    /// Why an explicit attempt is the last one.
+    fn given_up(&self, result: &Attempt) -> Option<&'static str> {
         match result {
             Attempt::Stuck { why, .. } if matches!(**why, Failure::Unfit { .. }) => {
-                Some(("the explicit method cannot get on", true))
+                Some("the explicit method cannot get on")
             }
             // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
-            _ if self.steps > 0 && self.inner().limit() == Limit::Rank => {
-                Some(("a loop comes near a singular position", true))
-            }
-            Attempt::TooLarge { next } | Attempt::Stuck { next, .. } if *next < COLLAPSE * self.reach => {
-                Some(("the explicit step collapses", false))
+            _ if self.steps > 0 && self.inner().limit() == Limit::Rank => Some("a loop comes near a singular position"),
+            Attempt::TooLarge { next } | Attempt::Stuck { next, .. } if *next < SAME * self.reach => {
+                Some("the explicit step collapses")
             }
             _ => None,
         }
@@ -339,7 +270,7 @@ impl Method for Auto<'_> {
         self.t = t;
         self.x.copy_from_slice(x);
         self.tried.clear();
-        (self.longest, self.refused, self.probation, self.reach) = (0.0, 0, None, 0.0);
+        (self.longest, self.refused, self.reach) = (0.0, 0, 0.0);
         self.anew = true;
         self.inner_mut().restart(sys, w, t, x);
     }
@@ -349,12 +280,9 @@ impl Method for Auto<'_> {
             return Attempt::Stuck { next: 0.0, why: why.into() };
         }
         self.longest = self.longest.max(h);
-        let mut result = self.inner_mut().attempt(sys, w, h, tol);
-        if self.probation.is_some() {
-            result = self.judge(w, result);
-        } else if self.explicitly() {
-            if let Some((why, for_good)) = self.given_up(&result) {
-                self.explicit = !for_good;
+        let result = self.inner_mut().attempt(sys, w, h, tol);
+        if self.explicitly() {
+            if let Some(why) = self.given_up(&result) {
                 if self.go_implicit(w, why).is_ok() {
                     return Attempt::TooLarge { next: self.longest };
                 }
@@ -372,7 +300,7 @@ impl Method for Auto<'_> {
         self.tried.clear();
         (self.longest, self.refused, self.anew) = (0.0, 0, false);
         self.steps = self.steps.saturating_add(1);
-        self.limited = if self.stiffness() > LIMIT { self.limited + 1 } else { 0 };
+        self.limited = if matches!(self.limit(), Limit::Stability(by) if by > LIMIT) { self.limited + 1 } else { 0 };
     }
 
     fn candidate(&self) -> &[f64] {
@@ -413,7 +341,6 @@ impl Method for Auto<'_> {
     /// Rule 5.
     fn fallback(&mut self, w: &mut Work, x: &[f64]) -> Option<f64> {
         self.x.copy_from_slice(x);
-        self.probation = None;
         loop {
             let given_up = self.name();
             self.tried.push(given_up);

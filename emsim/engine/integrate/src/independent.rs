@@ -358,13 +358,13 @@ fn together(sys: &System, w: &mut Work, parts: &[Part], done: Vec<(Outcome, Work
     let (mut complete, mut used) = (true, Vec::<Used>::new());
     for (part, (mut own, done)) in parts.iter().zip(done) {
         w.counters.add(&done.counters);
-        if let Some(hanging) = done.hanging.filter(|_| w.hanging.is_none()) {
-            w.hanging = Some(Hanging { unknown: part.of[hanging.unknown], ..hanging });
+        if let Some(hanging) = done.doubts.hanging.filter(|_| w.doubts.hanging.is_none()) {
+            w.doubts.hanging = Some(Hanging { unknown: part.of[hanging.unknown], ..hanging });
         }
-        if let Some(unstable) = done.unstable.filter(|_| w.unstable.is_none()) {
-            w.unstable = Some(Unstable { unknown: part.of[unstable.unknown], ..unstable });
+        if let Some(unstable) = done.doubts.unstable.filter(|_| w.doubts.unstable.is_none()) {
+            w.doubts.unstable = Some(Unstable { unknown: part.of[unstable.unknown], ..unstable });
         }
-        w.substitute = w.substitute.or(done.substitute);
+        w.doubts.substitute = w.doubts.substitute.or(done.doubts.substitute);
         part.flags.iter().for_each(|&k| w.flags[k] = done.flags[k]);
         match own.status {
             Status::Failed if whole.status != Status::Failed => {

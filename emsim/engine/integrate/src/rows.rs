@@ -24,8 +24,6 @@ const SHORT: f64 = 1e-4;
 /// it than this.
 const ROUNDED: f64 = 1e-10;
 const MOST: f64 = 1e-2;
-/// States that differ by more tolerances are those of another row; dense output by itself is off by one or two.
-const OTHER_ROW: f64 = 100.0;
 /// After a jump nothing says how fast things move: so much of the stretch that begins.
 const SHORTER: f64 = 1e-6;
 
@@ -244,7 +242,7 @@ impl Forces {
             let found: Vec<f64> = (0..sys.n).map(at).collect();
             let mechanical = |i: usize| sys.unknowns[i].kind.mechanical() || sys.unknowns[i].kind.enters_linearly();
             for side in [false, true] {
-                if !tol.states_apart(&found, x, OTHER_ROW, |i| mechanical(i) == side) {
+                if !tol.states_apart(&found, x, MOVED, |i| mechanical(i) == side) {
                     (0..sys.n).filter(|&i| self.lags[i] && mechanical(i) == side).for_each(|i| x[i] = found[i]);
                 }
             }
@@ -319,7 +317,7 @@ impl Forces {
         }
         let ports = w.ports.clone();
         if let Some(y) = by_slopes(&mut self.newton, sys, w, around, (t, x), tol) {
-            if !tol.states_apart(&y, x, OTHER_ROW, |i| !self.given[i] && !self.lags[i]) {
+            if !tol.states_apart(&y, x, MOVED, |i| !self.given[i] && !self.lags[i]) {
                 (0..sys.n).filter(|&i| self.lags[i] || self.given[i]).for_each(|i| x[i] = y[i]);
             }
         }
@@ -329,7 +327,7 @@ impl Forces {
 
 /// Nothing is divided by that length where only index 1 is solved for: so much of it will do, ...
 const BRIEF: f64 = 1e-3;
-/// ... in which states move by no more tolerances than dense output is off by.
+/// States that differ by more tolerances are those of another row; dense output by itself is off by one or two.
 const MOVED: f64 = 10.0;
 
 /// What solves the algebraic equations at a row.

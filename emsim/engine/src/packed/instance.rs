@@ -9,18 +9,15 @@ mod placed;
 mod slopes;
 
 use super::{Accounts, Packed, Varies};
-use crate::edges::TOGETHER;
 use crate::graph::{Graph, Id};
 use crate::integrate::{self, Exchange, Failed, Place, Session, Stood, Transient};
 use crate::ledger::Ledger;
 use crate::newton::{Failure, Options};
 use crate::record::Record;
+use crate::rounding::{ROUNDED, SAME};
 use crate::system::System;
 use std::collections::BTreeSet;
 use std::sync::Arc;
-
-/// An input that differs by so much of itself from where its line led has not jumped.
-const SAME_VALUE: f64 = 1e-12;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Phase {
@@ -348,10 +345,10 @@ impl Instance {
             return Err(format!("a step goes forward, not by {h} s from t = {t} s"));
         }
         let until = t + h;
-        if (t - self.time).abs() > TOGETHER * until.abs().max(self.time) {
+        if (t - self.time).abs() > SAME * until.abs().max(self.time) {
             return Err(format!("the step begins at t = {t} s, the model stands at {} s", self.time));
         }
-        if let Some(stop) = self.stop.filter(|s| until > s * (1.0 + TOGETHER)) {
+        if let Some(stop) = self.stop.filter(|s| until > s * (1.0 + SAME)) {
             return Err(format!("the step ends at t = {until} s, behind the end that was said, {stop} s"));
         }
         let (jumps, t) = (self.hand_over(until), self.time);
@@ -413,7 +410,7 @@ impl Instance {
             let Some(line) = self.system.waves[input.wave].as_input() else { continue };
             let led = line.value(self.time);
             let size = led.abs().max(given.value.abs()).max((given.slope * (until - self.time)).abs());
-            let jumps = (given.value - led).abs() > SAME_VALUE * size;
+            let jumps = (given.value - led).abs() > ROUNDED * size;
             if jumps || given.slope != line.slope() {
                 line.set(self.time, given.value, given.slope);
                 found = Some(found == Some(true) || jumps);

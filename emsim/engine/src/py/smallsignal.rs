@@ -51,13 +51,13 @@ impl SmallSignal {
     #[getter]
     fn hanging(&self) -> Option<(usize, f64, f64)> {
         let held = lock(&self.held);
-        held.1.hanging.map(|h| (h.unknown, h.volts, h.amperes))
+        held.1.doubts.hanging.map(|h| (h.unknown, h.volts, h.amperes))
     }
 
     /// (unknown, growth [1/s], turning [rad/s], false) of what the least disturbance does there, if it grows.
     #[getter]
     fn unstable(&self) -> Option<(usize, f64, f64, bool)> {
-        lock(&self.held).1.unstable.as_ref().map(|u| (u.unknown, u.s.0, u.s.1, u.at_start))
+        lock(&self.held).1.doubts.unstable.as_ref().map(|u| (u.unknown, u.s.0, u.s.1, u.at_start))
     }
 
     /// F at the point.

@@ -391,7 +391,7 @@ impl System {
             let mut x = op::initial(&sys);
             let found = guarded(|| {
                 op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).map_err(no_point)?;
-                w.unstable = op::unstable(&sys, &mut w, &x, 0.0, &o, &tol);
+                w.doubts.unstable = op::unstable(&sys, &mut w, &x, 0.0, &o, &tol);
                 complete(&sys, &mut w, &mut x, &tol, statics);
                 record.push(&sys, &mut w, 0.0, &x);
                 Ok(())
@@ -503,7 +503,7 @@ impl System {
             let mut x = op::initial(&sys);
             let found = guarded(|| {
                 op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).map_err(no_point)?;
-                w.unstable = op::unstable(&sys, &mut w, &x, 0.0, &o, &tol);
+                w.doubts.unstable = op::unstable(&sys, &mut w, &x, 0.0, &o, &tol);
                 complete(&sys, &mut w, &mut x, &tol, statics);
                 Ok(())
             })?;
@@ -731,7 +731,7 @@ fn watch_dict(py: Python<'_>, sys: &crate::system::System, r: &integrate::Report
 
 /// What hangs on gmin at the operating point in this row.
 fn hanging(row: usize, w: &Work) -> Option<(usize, usize, f64, f64)> {
-    w.hanging.map(|h| (row, h.unknown, h.volts, h.amperes))
+    w.doubts.hanging.map(|h| (row, h.unknown, h.volts, h.amperes))
 }
 
 #[pyclass]
@@ -785,8 +785,8 @@ impl Waveforms {
             record,
             counters: w.counters,
             hanging: hanging(0, w),
-            unstable: w.unstable.as_ref().map(|u| (u.unknown, u.s.0, u.s.1, u.at_start)),
-            substitute: w.substitute,
+            unstable: w.doubts.unstable.as_ref().map(|u| (u.unknown, u.s.0, u.s.1, u.at_start)),
+            substitute: w.doubts.substitute,
             seconds,
             status,
             failure,

@@ -253,11 +253,17 @@ pub fn across(x: &[f64], p: i32, n: i32) -> f64 {
 }
 
 /// Energy without a closed form: intervals of at most so many volts.
-pub const PANEL: f64 = 0.05;
-const MOST_PANELS: f64 = 4000.0;
+const PANEL: f64 = 0.05;
 /// Nodes and weights of Gauss-Legendre's rule of order 6 on [0, 1].
 pub const GAUSS: [(f64, f64); 3] =
     [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+
+/// The integral of f over s from 0 to 1, where s v are the voltages of ports.
+pub fn by_panels(v: &[f64], mut f: impl FnMut(f64) -> f64) -> f64 {
+    let panels = (v.iter().fold(0.0_f64, |m, v| m.max(v.abs())) / PANEL).ceil().clamp(1.0, 400.0);
+    let nodes = (0..panels as usize).flat_map(|panel| GAUSS.map(|(c, weight)| ((panel as f64 + c) / panels, weight)));
+    nodes.map(|(s, weight)| weight / panels * f(s)).sum()
+}
 
 /// The instances of a `Device`.
 pub struct Instances<D, const P: usize, const B: usize, const K: usize> {
@@ -729,19 +735,12 @@ impl<D: Device<P, B, K>, const P: usize, const B: usize, const K: usize> Class f
             return 0.0;
         }
         // dE = sum of v_j dq_j of the branches whose voltage is a port's, along s v
-        let panels = (v.iter().fold(0.0_f64, |m, v| m.max(v.abs())) / PANEL).ceil().clamp(1.0, MOST_PANELS);
-        let mut sum = 0.0;
-        for panel in 0..panels as usize {
-            for (c, weight) in GAUSS {
-                let s = (panel as f64 + c) / panels;
-                let flow = Self::dual(&card.of, card.has, v.map(|v| s * v), gmin);
-                for (j, q) in flow.q.iter().enumerate() {
-                    let rate: f64 = q.d.iter().zip(v).map(|(c, v)| c * v).sum();
-                    sum += weight / panels * rate * s * shape.own_port(j).map_or(0.0, |p| v[p]);
-                }
-            }
-        }
-        sum
+        by_panels(v, |s| {
+            let flow = Self::dual(&card.of, card.has, v.map(|v| s * v), gmin);
+            let rate = |d: &[f64; P]| d.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
+            let each = |(j, d): (usize, &[f64; P])| rate(d) * s * shape.own_port(j).map_or(0.0, |p| v[p]);
+            flow.q.iter().map(|q| &q.d).enumerate().map(each).sum()
+        })
     }
 
     fn output(&self, k: usize, word: &str, v: &[f64], at: &Line) -> Option<f64> {

@@ -2,7 +2,7 @@
 //!
 //! First port voltages of Newton's method (what a module cannot say): a module with gates (fetlim) starts there at the threshold and
 //! everywhere else at 0 V; any other at the critical voltage of its first junction (pnjlim).
-use super::class::{across, add, Asked, Class, Facts, Line, Met, Number, Seat, Shape, GAUSS, LANES, PANEL};
+use super::class::{across, add, by_panels, Asked, Class, Facts, Line, Met, Number, Seat, Shape, LANES};
 use super::limits::Limiter;
 use super::shape::{Anonymous, Constants, Key, Program, Wanted};
 use super::Noise;
@@ -15,8 +15,6 @@ use crate::veriloga::Folded;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, Weak};
 
-/// Energy: intervals of PANEL volts, and at most so many.
-const MOST_PANELS: f64 = 400.0;
 /// So many ports are limited at most.
 pub const MOST_LIMITED: usize = 32;
 
@@ -563,20 +561,14 @@ impl Class for Compiled {
             path.iter().map(|&(p, sign)| sign * v[p]).sum::<f64>()
         };
         let voltages: Vec<f64> = (0..program.currents.len()).map(along).collect();
-        let panels = (v.iter().fold(0.0_f64, |m, v| m.max(v.abs())) / PANEL).ceil().clamp(1.0, MOST_PANELS);
-        let (mut sum, mut line, mut at) = (0.0, Line::default(), vec![0.0; v.len()]);
-        for panel in 0..panels as usize {
-            for (c, weight) in GAUSS {
-                let s = (panel as f64 + c) / panels;
-                at.iter_mut().zip(v).for_each(|(at, v)| *at = s * v);
-                self.at(k, &at, gmin, &mut line);
-                for slope in program.slopes.iter().filter(|slope| slope.c.is_some()) {
-                    let c = line.c[slope.branch * v.len() + slope.port];
-                    sum += weight / panels * c * v[slope.port] * s * voltages[slope.branch];
-                }
-            }
-        }
-        sum
+        let (mut line, mut at) = (Line::default(), vec![0.0; v.len()]);
+        by_panels(v, |s| {
+            at.iter_mut().zip(v).for_each(|(at, v)| *at = s * v);
+            self.at(k, &at, gmin, &mut line);
+            let stored = program.slopes.iter().filter(|slope| slope.c.is_some());
+            let c = |of: &super::shape::Slope| line.c[of.branch * v.len() + of.port];
+            stored.map(|of| c(of) * v[of.port] * s * voltages[of.branch]).sum()
+        })
     }
 
     fn output(&self, k: usize, word: &str, v: &[f64], _: &Line) -> Option<f64> {

@@ -5,8 +5,9 @@
 //!
 //! whatever the waveforms are. Floating gates, capacitive dividers, pumps between two strokes. The integral is one of straight lines
 //! between the recorded rows, and what these may miss is allowed besides.
-use super::{Broken, MOST, ROUNDED};
+use super::{Broken, MOST};
 use crate::floating_groups::Groups;
+use crate::rounding::ROUNDED;
 use crate::system::{Kind, System, Work};
 use crate::tolerances::Tolerances;
 use std::collections::BTreeMap;

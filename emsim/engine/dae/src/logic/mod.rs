@@ -25,8 +25,8 @@ mod source;
 mod tristate;
 
 use crate::graph::{Graph, Id};
+use crate::rounding::SUMMED;
 use crate::tape::{Inputs, Tape};
-use crate::waves::SNAP;
 use serde::{Deserialize, Serialize};
 use std::cmp::{Ordering, Reverse};
 use std::collections::{BinaryHeap, HashMap, VecDeque};
@@ -546,7 +546,7 @@ impl Live {
 
     /// The first time after t at which something happens: an event, a ramp's end.
     pub fn next_corner(&self, t: f64) -> f64 {
-        let later = |at: &f64| *at > t + SNAP * t.abs();
+        let later = |at: &f64| *at > t + SUMMED * t.abs();
         let end = self.courses.iter().map(|c| c.end).filter(later).fold(f64::INFINITY, f64::min);
         end.min(self.next_event())
     }
@@ -557,7 +557,7 @@ impl Live {
 
     /// Does a node change at t?
     pub fn due(&self, t: f64) -> bool {
-        self.next_event() <= t + SNAP * t.abs()
+        self.next_event() <= t + SUMMED * t.abs()
     }
 
     /// Before a run: levels as the flags are, everything called until nothing changes. True where something has changed.
@@ -614,7 +614,7 @@ impl Live {
             let now = self.next_event();
             let mut nodes = Vec::new();
             while let Some(&Reverse(Due(at, output))) = self.queue.peek() {
-                if at > now + SNAP * now {
+                if at > now + SUMMED * now {
                     break;
                 }
                 self.queue.pop();
@@ -650,7 +650,7 @@ impl Live {
     fn put(&mut self, posts: &mut Vec<(usize, State, f64)>, t: f64) {
         for (output, state, delay) in posts.drain(..) {
             let (at, pending) = (t + delay, &mut self.pending[output]);
-            while pending.back().is_some_and(|&(when, _)| when >= at - SNAP * at) {
+            while pending.back().is_some_and(|&(when, _)| when >= at - SUMMED * at) {
                 pending.pop_back();
             }
             pending.push_back((at, state));

@@ -1,7 +1,8 @@
 //! Impacts: what approaches where it touches, with what rubs there, until nothing does.
 use super::lcp::{self, Bounds, Solution};
 use super::{faces, law_at, put_relay, with, Event, Look, Modes, Point, AGREE, LOADS, ROUNDS, TOUCHES};
-use crate::model::{Form, NOTHING};
+use crate::model::Form;
+use crate::rounding::SAME;
 use crate::system::{Kind, Reading, System, Work};
 
 /// With which acceleration parts fall back on each other, the others held by what they lie on.
@@ -256,7 +257,7 @@ fn expanded(b: &[f64], press: &lcp::Solution, back: &lcp::Solution) -> (Vec<f64>
     let (none, some, square) =
         (product(&press.f, &both), product(&press.f, &change) + product(&back.f, &both), product(&back.f, &change));
     let size = none.abs() + some.abs() + square.abs();
-    let part = if none + some + square <= NOTHING * size {
+    let part = if none + some + square <= SAME * size {
         1.0
     } else {
         ((-some + (some * some - 4.0 * none * square).max(0.0).sqrt()) / (2.0 * square)).clamp(0.0, 1.0)

@@ -1,7 +1,8 @@
 //! Which modes follow an event: which laws are in question, what has died, and what a step a little later says.
 use super::lcp::{self, Bounds, Solution};
 use super::{faces, law_at, put_relay, shown, towards, with, Event, Look, Modes, Point, AGREE, LATE, LOADS, TOUCHES};
-use crate::model::{around, Form, LawSpec, NOTHING};
+use crate::model::{around, Form, LawSpec};
+use crate::rounding::SAME;
 use crate::system::{Reading, System, Work};
 
 /// The laws in question.
@@ -319,7 +320,7 @@ fn bounded(
         for (i, &k) in asked.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Relay) {
             let (w, pair) = (solution.w[i], bounds.pair[i]);
             let speed = bounds.around(i).map(|j| solution.w[j]).fold(0.0, f64::hypot);
-            let least = NOTHING * bounds.around(i).map(size).fold(0.0, f64::max);
+            let least = SAME * bounds.around(i).map(size).fold(0.0, f64::max);
             if goes[i].is_none() && speed > least && solution.bound[i] {
                 (goes[i], more) = (Some(w / speed), true);
                 // with two directions it goes the way of its flow, at the edge of what it slides with

@@ -9,8 +9,9 @@
 //! A row of speeds, a(q) u = 0, of what rolls or cuts, has the row  a d = 0  there: it has come where it could come so.
 //! Friction with several directions holds up to |f| = F, and slides with f = -F d/|d|.
 use super::{rest::way, Dc};
-use crate::model::{around, Form, Kind, LawSpec, NOTHING};
+use crate::model::{around, Form, Kind, LawSpec};
 use crate::newton::{Failure, Tolerances};
+use crate::rounding::SAME;
 use crate::system::{Reading, System, Work};
 
 /// Rounds until modes agree, before they are changed one by one, and in all.
@@ -197,7 +198,7 @@ impl Holding {
         let to: Vec<f64> = if around(list, k).all(|k| w.flags[list[k].slides()] == 0.0) {
             let efforts = of(&|k| x[list[k].row]);
             let effort = efforts.iter().copied().fold(0.0, f64::hypot);
-            if effort <= self.bound(k, at) * (1.0 + NOTHING) + small {
+            if effort <= self.bound(k, at) * (1.0 + SAME) + small {
                 return false;
             }
             efforts.iter().map(|f| -f / effort).collect()
@@ -211,7 +212,7 @@ impl Holding {
                 return false;
             }
             let to: Vec<f64> = ways.iter().map(|way| way / length).collect();
-            if to.iter().zip(&shares).map(|(to, share)| to - share).fold(0.0, f64::hypot) <= NOTHING {
+            if to.iter().zip(&shares).map(|(to, share)| to - share).fold(0.0, f64::hypot) <= SAME {
                 return false;
             }
             to

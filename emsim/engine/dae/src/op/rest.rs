@@ -1,7 +1,7 @@
 //! Where a machine that is let go comes to rest: `.op static`.
 use super::Dc;
-use crate::conditions::ROUNDING;
 use crate::newton::{Failure, Tolerances};
+use crate::rounding::SUMMED;
 use crate::system::{Kind, System, Work};
 use std::f64::consts::PI;
 
@@ -36,7 +36,7 @@ fn rounding(dc: &Dc, w: &Work, x: &[f64]) -> Vec<f64> {
     dc.pairs.iter().for_each(|&(q, _, _)| sizes[q] = if metres(q) { largest } else { sizes[q].max(1.0) });
     for (c, size) in sizes.iter().enumerate() {
         for k in sys.pattern.colptr[c]..sys.pattern.colptr[c + 1] {
-            sums[sys.pattern.rowidx[k]] += ROUNDING * w.gv[k].abs() * size;
+            sums[sys.pattern.rowidx[k]] += SUMMED * w.gv[k].abs() * size;
         }
     }
     dc.pairs.iter().map(|&(_, u, _)| sums[u]).collect()

@@ -33,7 +33,7 @@ impl<'a> Sweep<'a> {
     /// The point with these values of the sources into `x`.
     pub fn to(&mut self, w: &mut Work, x: &mut Vec<f64>, values: &[f64]) -> Result<(), NoPoint> {
         w.dc = true;
-        w.hanging = None;
+        w.doubts.hanging = None;
         if self.last.is_none() || !self.follow(w, x, values) {
             self.set(w, values);
             let (fresh, flags) = (self.sys.work().held(), w.flags.clone());

@@ -5,9 +5,7 @@
 //! General A: LU with scaled partial pivoting.
 //! Constraints: S = Z^T Z with the columns of Z of very different length near a singular position of a mechanism. Gram-Schmidt
 //! with pivoting on the columns, not S itself, keeps all digits: Z P = Q R, S^+ = P R^-1 R^-T P^T on the leading rank.
-
-/// Pivots below this part of what the row began with are rounding: the matrix is singular.
-pub const SINGULAR: f64 = 1e-13;
+use crate::rounding::ROUNDED;
 
 /// A <- U; `inverse` <- 1/d. Err(k) where the matrix is not positive definite at pivot k.
 pub fn factor_symmetric(a: &mut [f64], n: usize, inverse: &mut [f64]) -> Result<(), usize> {
@@ -17,7 +15,7 @@ pub fn factor_symmetric(a: &mut [f64], n: usize, inverse: &mut [f64]) -> Result<
     }
     for k in 0..n {
         let d = a[k * n + k];
-        if !(d > SINGULAR * inverse[k]) {
+        if !(d > ROUNDED * inverse[k]) {
             return Err(k);
         }
         let r = 1.0 / d;
@@ -90,7 +88,7 @@ pub fn factor_general(a: &mut [f64], n: usize, order: &mut [usize], scale: &mut 
             }
         }
         // (NaN compares false: it is found by whoever reads the solution)
-        if size <= SINGULAR {
+        if size <= ROUNDED {
             return Err(k);
         }
         if best != k {

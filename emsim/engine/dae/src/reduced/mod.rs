@@ -21,6 +21,7 @@ mod rows;
 mod saddle;
 mod whole;
 
+use crate::rounding::ROUNDED;
 pub use dense::Columns;
 pub use order::{augment, strong_components};
 pub use plan::{Layout, Source};
@@ -550,7 +551,7 @@ impl Reduced {
         for (k, &unknown) in d.unknowns.iter().enumerate() {
             let diagonal = run(p, Some(k))[k] - still[k];
             let inverse = p.slots[self.tape.part_places(d.part)[d.unknowns.len() + k] as usize];
-            if !(inverse * diagonal * dense::SINGULAR < 1.0) {
+            if !(inverse * diagonal * ROUNDED < 1.0) {
                 return Err(Trouble::Singular { unknown });
             }
         }

@@ -2,7 +2,8 @@
 //! Cholesky's factors, S = Z^T Z as it stands and by its own. That loses the square of how near S is to a loss of rank, which is
 //! nothing where it is far from one. Near one, and where a loop is to be closed, the columns of Z are looked at (saddle.rs).
 use super::saddle::{Saddle, NEAR};
-use super::{dense, Held, Point, Reduced};
+use super::{Held, Point, Reduced};
+use crate::rounding::ROUNDED;
 use crate::tape::{Inputs, Leaf, Tape, Value, Written};
 
 pub struct Quick {
@@ -205,7 +206,7 @@ impl Reduced {
         let (pivots, masses) = rest.split_at(m);
         let nearness = columns.nearness(sizes, pivots);
         let (ends, begins) = masses.split_at(quick.masses);
-        let sound = ends.iter().zip(begins).all(|(end, begin)| *end > dense::SINGULAR * begin);
+        let sound = ends.iter().zip(begins).all(|(end, begin)| *end > ROUNDED * begin);
         if !(nearness > NEAR && sound) {
             return false;
         }

@@ -3,17 +3,16 @@
 //!   M z - W^T lambda + c = 0,   W z + d = 0
 //!
 //! Z = M^-1/2 W^T by columns, S = Z^T Z = W M^-1 W^T, S lambda = W M^-1 c - d. Where links lie on one line S loses rank: its
-//! pseudo-inverse at threshold `RANK` then shares the forces. The same factors give the least change in the metric of the masses
+//! pseudo-inverse at threshold `SAME` then shares the forces. The same factors give the least change in the metric of the masses
 //! that closes a gap, of positions or of speeds.
 use super::dense::{dot, forward_symmetric};
 use super::quick::Quick;
 use super::{Block, Held, Point, Reduced, Step, Trouble};
 use crate::graph::Id;
+use crate::rounding::SAME;
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 
-/// Constraints that are dependent to this part count as such: carries mechanisms through their change points.
-const RANK: f64 = 1e-9;
 /// Corrections of positions with one factorisation.
 const CLOSINGS: usize = 4;
 /// Constraints so near to a loss of rank (a change point, where links lie on one line) magnify what a stage is off them: there
@@ -105,7 +104,7 @@ impl Reduced {
         for column in columns.z.chunks_exact_mut(k) {
             half(&held.matrix, &held.inverse, column);
         }
-        columns.factor(RANK);
+        columns.factor(SAME);
         Ok(())
     }
 

@@ -7,14 +7,12 @@ use super::exchanged::{Polynomial, DEGREE};
 use super::{System, Work};
 use crate::graph::Graph;
 use crate::model::Delay;
+use crate::rounding::{ROUNDED, SUMMED};
 use crate::tape::{Inputs, Tape};
 use std::collections::VecDeque;
 
 /// A corner counts where the value jumps, or the slope within a delay changes it, by more than this of the largest value so far.
-const JUMP: f64 = 1e-11;
 const KINK: f64 = 1e-6;
-/// Times this near to each other, in parts of themselves, are the same.
-const SAME: f64 = 32.0 * f64::EPSILON;
 
 #[derive(Default)]
 pub struct Delays {
@@ -89,7 +87,7 @@ impl Past {
     }
 
     fn value(&self, k: usize, t: f64, before: bool) -> f64 {
-        let (s, tol) = (t - self.courses[k].by, SAME * t.abs());
+        let (s, tol) = (t - self.courses[k].by, SUMMED * t.abs());
         let place = match before {
             true => self.pieces.partition_point(|p| p.from < s - tol).checked_sub(1),
             false => Some(self.pieces.partition_point(|p| p.to <= s + tol).min(self.pieces.len().saturating_sub(1))),
@@ -102,13 +100,13 @@ impl Past {
 
     /// The first corner after t.
     pub fn next_corner(&self, t: f64) -> f64 {
-        let later = |b: f64| b > t + SAME * b.abs();
+        let later = |b: f64| b > t + SUMMED * b.abs();
         (0..self.courses.len()).filter_map(|k| self.due(k, later).next()).fold(f64::INFINITY, f64::min)
     }
 
     /// Is there one at t?
     pub fn corner_at(&self, t: f64) -> bool {
-        let tol = SAME * t.abs();
+        let tol = SUMMED * t.abs();
         (0..self.courses.len()).any(|k| self.due(k, |b| b >= t - tol).next().is_some_and(|b| b <= t + tol))
     }
 
@@ -149,7 +147,7 @@ impl Past {
             let counts = |(k, c): (usize, &Course)| {
                 let [before, after] =
                     [last.map(|p| p.end(k, 1.0)), Some(piece.end(k, -1.0))].map(|end| end.unwrap_or((c.initial, 0.0)));
-                (after.0 - before.0).abs() > JUMP * c.largest || (after.1 - before.1).abs() * c.by > KINK * c.largest
+                (after.0 - before.0).abs() > ROUNDED * c.largest || (after.1 - before.1).abs() * c.by > KINK * c.largest
             };
             corner.of = Some(self.courses.iter().enumerate().map(counts).collect());
         }

@@ -54,7 +54,8 @@ impl Work {
         self.ports.copy_from_slice(&whole.ports);
         self.logic = whole.logic.clone();
         self.clocked = whole.clocked.clone();
-        (self.gmin, self.hanging, self.unstable) = (whole.gmin, whole.hanging, whole.unstable);
+        (self.gmin, self.doubts.hanging, self.doubts.unstable) =
+            (whole.gmin, whole.doubts.hanging, whole.doubts.unstable);
         self.wave_time = f64::NAN;
         self.counters.add(&whole.counters);
     }

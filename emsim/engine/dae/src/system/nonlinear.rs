@@ -2,14 +2,13 @@
 use super::devices::{ends, Instance};
 use super::{System, Work};
 use crate::devices::class::{across, Line, Near, Seat};
+use crate::rounding::ROUNDED;
 
 /// A current is that of a straight line to a share of itself, or to this [A]: less is nothing that anything hangs on.
 const SMALL_CURRENT: f64 = 1e-9;
 /// An exponential's straight line is good for so much of what its current is bent on: an eighth of a percent of the current
 /// is missed at a twentieth, 3 % at a quarter.
 const STRAIGHT: f64 = 0.25;
-/// The least that 1 - theta is taken for.
-const NOTHING_LEFT: f64 = 1e-12;
 
 /// What bends in devices.
 #[derive(Default)]
@@ -193,7 +192,7 @@ impl System {
             };
             let rest = 1.0 / (rest(&gate.ends[0]) + rest(&gate.ends[1])).max(1e-300);
             let theta = (theirs - held).abs() / (held + rest);
-            worst = worst.max(theta / ((theirs.min(2.0 * held - theirs) + rest) / (held + rest)).max(NOTHING_LEFT));
+            worst = worst.max(theta / ((theirs.min(2.0 * held - theirs) + rest) / (held + rest)).max(ROUNDED));
         }
         worst
     }
@@ -224,6 +223,6 @@ impl System {
         let worst = self.expressions.yielding.iter().map(theta).fold(0.0, f64::max);
         // a row's own entry alone overrates what is left where others move with it; simplified Newton has to be able to
         // get below it
-        (worst / (1.0 - worst).max(NOTHING_LEFT)).min(1e4)
+        (worst / (1.0 - worst).max(ROUNDED)).min(1e4)
     }
 }

@@ -114,10 +114,10 @@ impl System {
         self.subtract_waves(w, out);
         let nf = self.expressions.f_rows.len();
         for (k, &row) in self.expressions.f_rows.iter().enumerate() {
-            out[row] -= self.expressions.jacobian.output(&w.jacobian, k);
+            out[row] -= self.expressions.jacobian.output(&w.programs.jacobian, k);
         }
         for (k, &row) in self.expressions.q_rows.iter().enumerate() {
-            out[row] -= a * self.expressions.jacobian.output(&w.jacobian, nf + k);
+            out[row] -= a * self.expressions.jacobian.output(&w.programs.jacobian, nf + k);
         }
         self.subtract_currents(w, out);
     }
@@ -128,8 +128,10 @@ impl System {
         sources.extend(self.devices.slopes.iter().map(|s| w.lines[s.stage]));
         let first = self.expressions.f_rows.len() + self.expressions.q_rows.len();
         let (ng, nc) = (self.expressions.g_slots.len(), self.expressions.c_slots.len());
-        sources.extend((first..first + ng).map(|k| self.expressions.jacobian.output(&w.jacobian, k)));
-        sources.extend((first + ng..first + ng + nc).map(|k| a * self.expressions.jacobian.output(&w.jacobian, k)));
+        sources.extend((first..first + ng).map(|k| self.expressions.jacobian.output(&w.programs.jacobian, k)));
+        sources.extend(
+            (first + ng..first + ng + nc).map(|k| a * self.expressions.jacobian.output(&w.programs.jacobian, k)),
+        );
     }
 
     /// Which entries of the matrix of a stage change from iterate to iterate.
@@ -142,7 +144,7 @@ impl System {
         self.charges_of(x, q);
         let first = self.expressions.f_rows.len();
         for (k, &row) in self.expressions.q_rows.iter().enumerate() {
-            q[row] += self.expressions.jacobian.output(&w.jacobian, first + k);
+            q[row] += self.expressions.jacobian.output(&w.programs.jacobian, first + k);
         }
         if let Some(step) = step {
             self.add_expression_c(w, step, q);
@@ -152,7 +154,7 @@ impl System {
 
     /// What the programs of a stage read: `numbers` and the factor a as the caller has them, and what was expanded.
     pub fn stage_inputs<'a>(&self, w: &'a Work, numbers: &'a [f64], a: f64) -> Inputs<'a> {
-        Inputs { x: numbers, t: a, waves: &w.jacobian, flags: &w.lines }
+        Inputs { x: numbers, t: a, waves: &w.programs.jacobian, flags: &w.lines }
     }
 
     /// The linear equations of a Newton update, matrix and right-hand side of  (G + a C) dx = -(F + a Q + r): operation by operation

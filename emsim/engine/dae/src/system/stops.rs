@@ -97,27 +97,27 @@ impl System {
         if !w.free.is_empty() {
             self.eval_operands(w, x, t);
             for &k in &w.free {
-                w.flags[k] = f64::from(self.conditions.roots.output(&w.roots, 2 * k) > 0.0);
+                w.flags[k] = f64::from(self.conditions.roots.output(&w.programs.roots, 2 * k) > 0.0);
             }
         }
     }
 
     fn eval_operands(&self, w: &mut Work, x: &[f64], t: f64) {
         self.set_time(w, t);
-        self.conditions.roots.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.roots);
+        self.conditions.roots.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.programs.roots);
     }
 
     /// The operand that turns a flag as it stands.
     pub fn operand(&self, w: &mut Work, x: &[f64], t: f64, k: usize) -> f64 {
         self.eval_operands(w, x, t);
-        self.conditions.roots.output(&w.roots, 2 * k + usize::from(w.flags[k] != 0.0))
+        self.conditions.roots.output(&w.programs.roots, 2 * k + usize::from(w.flags[k] != 0.0))
     }
 
     /// The operand of a flag, counted towards the flag's other side.
     fn beyond(&self, w: &Work, k: usize) -> f64 {
         match w.flags[k] == 0.0 {
-            true => self.conditions.roots.output(&w.roots, 2 * k),
-            false => -self.conditions.roots.output(&w.roots, 2 * k + 1),
+            true => self.conditions.roots.output(&w.programs.roots, 2 * k),
+            false => -self.conditions.roots.output(&w.programs.roots, 2 * k + 1),
         }
     }
 
@@ -153,7 +153,7 @@ impl System {
         if self.flags.iter().any(|f| which(f.law)) {
             self.eval_operands(w, x, t);
             for k in (0..self.flags.len()).filter(|&k| which(self.flags[k].law)) {
-                w.flags[k] = self.conditions.roots.output(&w.roots, 2 * k);
+                w.flags[k] = self.conditions.roots.output(&w.programs.roots, 2 * k);
             }
         }
     }
@@ -170,7 +170,7 @@ impl System {
         w.flags[k] = 1.0 - w.flags[k];
         w.clocked.turned(&self.clocked, k);
         w.standing.armed[k] = false;
-        w.standing.fresh[k] = self.conditions.roots.output(&w.roots, 2 * k);
+        w.standing.fresh[k] = self.conditions.roots.output(&w.programs.roots, 2 * k);
     }
 
     /// Sets every flag as it asks at (x, t), before a run; true when one changed.
@@ -262,7 +262,7 @@ impl System {
         let mut changed = false;
         let stuck = w.standing.stuck;
         for k in (0..r.len()).filter(|&k| r[k] > 0.0 && stuck != Some(k) && !self.flags[k].law.of_modes()) {
-            if !asked(k, self.conditions.roots.output(&w.roots, 2 * k), w.standing.size(k)) {
+            if !asked(k, self.conditions.roots.output(&w.programs.roots, 2 * k), w.standing.size(k)) {
                 continue;
             }
             if one && changed {

@@ -9,6 +9,7 @@
 //!    goes on by itself.
 use crate::bounds::{is_known, Program};
 use crate::graph::{Fun, Graph, Id, Node};
+use crate::rounding::ROUNDED;
 use crate::waves::bounds::Interval;
 use crate::waves::Wave;
 use std::cmp::Ordering;
@@ -16,12 +17,8 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 /// A cell with more than this part of a term's range is halved, ...
 const COARSE: f64 = 0.25;
-/// Values that differ by less, in parts of them, are one.
-const STANDS: f64 = 1e-12;
 /// Cells of all terms together at most, but so many of each. Beyond, what a cell looks like in its middle is taken for all of it.
 const CELLS: usize = 4096;
-/// Cells shorter than this part of the run are not halved: a jump, a pole.
-const SHORTEST: f64 = 1e-13;
 
 /// Terms, as programs for intervals.
 #[derive(Default)]
@@ -149,12 +146,12 @@ fn moving(p: &Program, waves: &[Wave], tstop: f64, most: usize) -> Vec<Cell> {
     heap.push(piece(0.0, tstop, &mut range));
     while let Some(top) = heap.pop() {
         let extent = (range.1 - range.0).max(0.0);
-        let rounding = STANDS * range.0.abs().max(range.1.abs());
+        let rounding = ROUNDED * range.0.abs().max(range.1.abs());
         if top.change <= (COARSE * extent).max(rounding) || heap.len() + done.len() > most {
             heap.push(top);
             break;
         }
-        if top.end - top.start < SHORTEST * tstop {
+        if top.end - top.start < ROUNDED * tstop {
             done.push(top);
             continue;
         }
@@ -164,17 +161,17 @@ fn moving(p: &Program, waves: &[Wave], tstop: f64, most: usize) -> Vec<Cell> {
     }
     let extent = (range.1 - range.0).max(0.0);
     // bounds do not know that sin^2 + cos^2 is 1: values that agree to rounding at all of so many ends do not move
-    if extent <= STANDS * range.0.abs().max(range.1.abs()) && heap.len() + done.len() > most {
+    if extent <= ROUNDED * range.0.abs().max(range.1.abs()) && heap.len() + done.len() > most {
         return Vec::new();
     }
     done.extend(heap);
     // a piece with less than this part is at rest
-    let moves = |c: &Piece| c.change > 0.01 * extent && c.change > 0.0 && c.end - c.start >= SHORTEST * tstop;
+    let moves = |c: &Piece| c.change > 0.01 * extent && c.change > 0.0 && c.end - c.start >= ROUNDED * tstop;
     let mut cells: Vec<Cell> = Vec::new();
     for c in done.iter().filter(|c| moves(c)) {
         // cells that were too many: the pace in the middle
         let (mut start, mut end, mut change) = (c.start, c.end, c.change);
-        while change > COARSE * extent && end - start > SHORTEST * tstop {
+        while change > COARSE * extent && end - start > ROUNDED * tstop {
             let quarter = 0.25 * (end - start);
             let inner = piece(start + quarter, end - quarter, &mut range);
             (start, end, change) = (inner.start, inner.end, inner.change);

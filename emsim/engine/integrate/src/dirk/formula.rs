@@ -1,7 +1,5 @@
 //! The coefficients of a method, and what follows from them.
-
-/// Nodes nearer than this share of the step are one node to the prediction.
-const APART: f64 = 1e-3;
+use crate::rounding::SAME;
 
 /// Coefficients; stage 0 is the step's start.
 pub struct Tableau {
@@ -64,7 +62,7 @@ fn points_behind(k: &Tableau, i: usize) -> Vec<(usize, f64)> {
     let c = &k.c;
     let mut nodes: Vec<usize> = Vec::new();
     for j in (usize::from(k.starts_anew())..i).rev() {
-        if nodes.len() < 3 && nodes.iter().all(|&n| (c[n] - c[j]).abs() > APART) {
+        if nodes.len() < 3 && nodes.iter().all(|&n| (c[n] - c[j]).abs() > SAME) {
             nodes.push(j);
         }
     }

@@ -132,17 +132,17 @@ pub struct Dirk {
     fixed: bool,
     t1: f64,
     accounts: bool,
-    negative: Option<bool>,      // determinant of the stages since the last restart
-    turned: u32,                 // steps from here that changed its sign
-    several: bool,               // such a step was met: stages may have more than one solution
-    transient: bool,             // the attempted step begins with one that it does not follow
-    calm: [(f64, Vec<f64>); 2],  // times and states in such a step that know nothing of it
-    calm_weights: Vec<Vec<f64>>, // of those
-    fast: Vec<f64>,              // per unit of step, charges that the estimate is made of
-    brief: Option<f64>,          // what the attempted step must not leap over [s]
-    shift: Vec<f64>,             // of a step over a transient: what its charge does to the unknowns (transient_skip.rs)
-    quick: Vec<bool>,            // those that follow it
-    renewed: bool,               // x0 is not what f[0] was computed at
+    turns: Turns,
+    skip: transient_skip::Skip,
+    renewed: bool, // x0 is not what f[0] was computed at
+}
+
+/// Does the determinant of the stages change its sign? Then they may have more than one solution.
+#[derive(Default)]
+struct Turns {
+    negative: Option<bool>, // since the last restart
+    count: u32,             // steps from here that changed it
+    several: bool,          // such a step was met
 }
 
 /// Are derivatives and multipliers of a lower order than the state?
@@ -197,16 +197,8 @@ impl Dirk {
             fixed: o.fixed_step.is_some(),
             t1: 0.0,
             accounts: o.accounts,
-            negative: None,
-            turned: 0,
-            several: false,
-            transient: false,
-            calm: [(0.0, v()), (0.0, v())],
-            calm_weights: vec![vec![0.75, 0.25]],
-            fast: v(),
-            brief: None,
-            shift: v(),
-            quick: vec![false; sys.n],
+            turns: Turns::default(),
+            skip: transient_skip::Skip::new(sys.n),
             renewed: false,
             k: [Formula::new(next), Formula::new(first)],
         })
@@ -279,7 +271,7 @@ impl Dirk {
                 now[0].copy_from_slice(&before[i - 1]);
                 result = self.newton.solve(sys, w, a, &self.r, &mut now[0], t, tol, self.most).map(|_| ());
             }
-            if result.is_ok() && self.several {
+            if result.is_ok() && self.turns.several {
                 result = self.newton.solve(sys, w, a, &self.r, &mut self.now.x[i], t, tol, self.most).map(|_| ());
             }
             if result.is_ok() && !sys.linear && self.turns() {
@@ -308,12 +300,12 @@ impl Dirk {
     /// Has the determinant another sign than in the steps before? After `TURNS` such steps it is taken for the equations' own.
     fn turns(&mut self) -> bool {
         let negative = self.newton.negative();
-        let turns = self.negative.is_some_and(|before| before != negative) && self.turned < TURNS;
+        let turns = self.turns.negative.is_some_and(|before| before != negative) && self.turns.count < TURNS;
         if turns {
-            self.turned += 1;
-            self.several = true;
+            self.turns.count += 1;
+            self.turns.several = true;
         } else {
-            self.negative = Some(negative);
+            self.turns.negative = Some(negative);
         }
         turns
     }
@@ -332,7 +324,7 @@ impl Dirk {
             *r = -q / third;
         }
         let end = &self.now.x[self.now.x.len() - 1];
-        let (early, late) = self.calm.split_at_mut(1);
+        let (early, late) = self.skip.calm.split_at_mut(1);
         late[0].0 = self.t1;
         late[0].1.copy_from_slice(end);
         early[0].0 = self.now.t + third;
@@ -355,7 +347,7 @@ impl Dirk {
         let junctions = if sys.exponentials() > 0 { JUNCTIONS } else { 1.0 };
         let (scale, local) = (1.0 / k.a[0][1], junctions * k.local);
         weighted_sum(k.d.iter().zip(&self.f).map(|(&d, f)| (d, f.as_slice())), &mut self.e);
-        self.fast.copy_from_slice(&self.e);
+        self.skip.fast.copy_from_slice(&self.e);
         let of_charge = |&(i, c): &(usize, f64)| {
             let allowed = local * tol.weight(i, self.now.x[0][i], self.candidate()[i]);
             h * self.e[i].abs() / (c * allowed)
@@ -373,8 +365,8 @@ impl Dirk {
             let points = (self.now.x[self.now.x.len() - 1].as_slice(), self.now.x[0].as_slice());
             worst = self.newton.above_noise(sys, w, scale / h, |i| self.e[i], points, tol, local);
         }
-        self.shift.fill(0.0);
-        self.brief = if worst <= 1.0 { self.skipped_transient(sys, w, h, tol) } else { None };
+        self.skip.shift.fill(0.0);
+        self.skip.brief = if worst <= 1.0 { self.skipped_transient(sys, w, h, tol) } else { None };
         if worst.is_finite() {
             worst.max(given).max(1e-10)
         } else {
@@ -401,8 +393,8 @@ impl Method for Dirk {
         // a run begins in balance
         self.jumped = std::mem::replace(&mut self.begun, true);
         self.started = false;
-        self.negative = None;
-        self.turned = 0;
+        self.turns.negative = None;
+        self.turns.count = 0;
         self.solved = false;
         self.follows = false;
         self.accepted = false;
@@ -427,7 +419,7 @@ impl Method for Dirk {
             (self.started, self.renewed) = (true, false);
         }
         self.accepted = false;
-        self.transient = false;
+        self.skip.taken = false;
         self.t1 = self.now.t + h;
         if let Err(why) = self.stages(sys, w, h, tol) {
             return self.control.stuck(h, why);
@@ -436,7 +428,7 @@ impl Method for Dirk {
             return Attempt::Good { next: h };
         }
         let error = self.error(sys, w, h, tol);
-        if let Some(brief) = self.brief {
+        if let Some(brief) = self.skip.brief {
             self.leapt = true;
             return Attempt::TooLarge { next: brief.min(0.5 * h) };
         }
@@ -453,7 +445,7 @@ impl Method for Dirk {
             return self.control.refuse(tried);
         }
         if self.accounts && !self.follows && self.now.by == NEXT && (0..sys.n).any(|i| self.is_over(i, h)) {
-            self.transient = true;
+            self.skip.taken = true;
             self.calm(sys, w, h, tol);
         }
         self.control.judge(tried, sys.linear)
@@ -483,7 +475,7 @@ impl Method for Dirk {
         self.accepted = true;
         self.refused = None;
         self.at_first = None;
-        self.turned = 0;
+        self.turns.count = 0;
     }
 
     fn candidate(&self) -> &[f64] {
@@ -520,7 +512,7 @@ impl Method for Dirk {
         let smooth = (product(0.4 / (m - 1) as f64) / product(theta)).abs().min(1.0);
         let corner = BACK / -theta;
         let mut worst = 0.0_f64;
-        let jumped = |i: usize| self.last.by == FIRST && self.quick[i];
+        let jumped = |i: usize| self.last.by == FIRST && self.skip.quick[i];
         for i in sys.interpolated().filter(|&i| !jumped(i)) {
             let value = |w: &[f64], of: &Step| w.iter().zip(&of.x).map(|(w, x)| w * x[i]).sum::<f64>();
             let lacking = if matches!(sys.unknowns[i].kind, Kind::Coordinate | Kind::Speed) { smooth } else { corner };
@@ -531,9 +523,9 @@ impl Method for Dirk {
     }
 
     fn stages(&self) -> Stages<'_> {
-        if self.transient {
-            let at = self.calm.iter().map(|(t, x)| (*t, x.as_slice())).collect();
-            return Stages { at, weights: &self.calm_weights };
+        if self.skip.taken {
+            let at = self.skip.calm.iter().map(|(t, x)| (*t, x.as_slice())).collect();
+            return Stages { at, weights: &self.skip.weights };
         }
         let formula = &self.k[self.last.by];
         let nodes = formula.k.c.iter().zip(&self.last.x).map(|(c, x)| (self.last.t + c * self.last.h, x.as_slice()));

@@ -26,6 +26,32 @@ const TRANSIENT: f64 = 10.0;
 /// A row that would keep so much of its charge over a step is not quick: a coil loses by a leap, though its voltage is over at once.
 const SLOW: f64 = 0.5;
 
+/// A transient at the start of the attempted step.
+pub(super) struct Skip {
+    pub taken: bool,                // the step does not follow it
+    pub calm: [(f64, Vec<f64>); 2], // times and states in the step that know nothing of it
+    pub weights: Vec<Vec<f64>>,     // of those
+    pub fast: Vec<f64>,             // per unit of step, charges that the estimate is made of
+    pub brief: Option<f64>,         // what the step must not leap over [s]
+    pub shift: Vec<f64>,            // what the transient's charge does to the unknowns
+    pub quick: Vec<bool>,           // those that follow it
+}
+
+impl Skip {
+    pub fn new(n: usize) -> Skip {
+        let v = || vec![0.0; n];
+        Skip {
+            taken: false,
+            calm: [(0.0, v()), (0.0, v())],
+            weights: vec![vec![0.75, 0.25]],
+            fast: v(),
+            brief: None,
+            shift: v(),
+            quick: vec![false; n],
+        }
+    }
+}
+
 impl Dirk {
     /// Has the first stage of a first step leapt over a transient? It is an implicit Euler step: a current at the start that would
     /// have moved far more charge by then than has moved is gone.
@@ -50,7 +76,7 @@ impl Dirk {
     /// Takes from x what a step's charges that moved at once shift it by, where the stages are weighed so.
     pub(super) fn unspread(&self, weights: impl Iterator<Item = f64>, x: &mut [f64]) {
         let k: f64 = weights.zip(&self.k[FIRST].spread).map(|(w, k)| w * k).sum();
-        for (x, (shift, quick)) in x.iter_mut().zip(self.shift.iter().zip(&self.quick)) {
+        for (x, (shift, quick)) in x.iter_mut().zip(self.skip.shift.iter().zip(&self.skip.quick)) {
             *x -= if *quick { k * shift } else { 0.0 };
         }
     }
@@ -61,7 +87,7 @@ impl Dirk {
     /// the more it knows of it.
     pub(super) fn interior_of_first(&self, sys: &System, tol: &Tolerances) -> f64 {
         let (of, x) = (&self.k[self.now.by], &self.now.x);
-        let kicked = |i: usize| self.quick[i] && sys.differential[i] && sys.unknowns[i].kind == Kind::Branch;
+        let kicked = |i: usize| self.skip.quick[i] && sys.differential[i] && sys.unknowns[i].kind == Kind::Branch;
         if self.now.by != FIRST || of.k.dense[0].len() > of.through.len() || (0..sys.n).any(kicked) {
             return f64::INFINITY;
         }
@@ -71,7 +97,7 @@ impl Dirk {
             let spread = weights.iter().zip(&of.spread).map(|(w, k)| w * k).sum::<f64>() - of.spread[j];
             for i in sys.interpolated() {
                 let curve = weights.iter().zip(x).map(|(w, x)| w * x[i]).sum::<f64>();
-                let shift = if self.quick[i] { spread * self.shift[i] } else { 0.0 };
+                let shift = if self.skip.quick[i] { spread * self.skip.shift[i] } else { 0.0 };
                 let off = (x[j][i] - curve + shift).abs();
                 worst = worst.max(off / tol.weight(i, x[last][i], x[j][i]));
             }
@@ -81,10 +107,10 @@ impl Dirk {
 
     /// What part of a charge of row i, moved by itself, an implicit Euler step of a stage's length leaves there.
     fn left(&mut self, sys: &System, w: &mut Work, a: f64, i: usize) -> f64 {
-        self.shift.fill(0.0);
-        self.shift[i] = 1.0;
-        self.newton.solve_held(w, &mut self.shift);
-        sys.c_times(w, &self.shift, &mut self.r);
+        self.skip.shift.fill(0.0);
+        self.skip.shift[i] = 1.0;
+        self.newton.solve_held(w, &mut self.skip.shift);
+        sys.c_times(w, &self.skip.shift, &mut self.r);
         (a * self.r[i]).abs()
     }
 
@@ -98,25 +124,25 @@ impl Dirk {
         for i in 0..sys.n {
             let over = self.is_over(i, h);
             let given = sys.unknowns[i].kind == Kind::Node || !self.now.moves(i, last, tol);
-            self.quick[i] = over && (given || self.left(sys, w, gamma / h, i) < SLOW);
+            self.skip.quick[i] = over && (given || self.left(sys, w, gamma / h, i) < SLOW);
         }
         let mut tau = 0.0_f64;
         for i in 0..sys.n {
-            let (more, fast) = (self.f[0][i] - self.f[last][i], self.quick[i]);
+            let (more, fast) = (self.f[0][i] - self.f[last][i], self.skip.quick[i]);
             if fast && self.now.moves(i, last, tol) {
-                tau = tau.max(h * (self.fast[i] / (at_once * more)).abs());
+                tau = tau.max(h * (self.skip.fast[i] / (at_once * more)).abs());
             }
             self.e[i] = if fast { 0.0 } else { more };
-            self.quick[i] = fast || !sys.differential[i];
-            self.shift[i] = if fast { self.fast[i] / at_once } else { 0.0 };
+            self.skip.quick[i] = fast || !sys.differential[i];
+            self.skip.shift[i] = if fast { self.skip.fast[i] / at_once } else { 0.0 };
         }
         if tau == 0.0 {
-            self.shift.fill(0.0);
+            self.skip.shift.fill(0.0);
             return None;
         }
-        self.newton.solve_held(w, &mut self.shift);
+        self.newton.solve_held(w, &mut self.skip.shift);
         // what the others lose, less what they have of it by the charge that the stages spread
-        sys.c_times(w, &self.shift, &mut self.r);
+        sys.c_times(w, &self.skip.shift, &mut self.r);
         for (e, known) in self.e.iter_mut().zip(&self.r) {
             *e = if *e == 0.0 { 0.0 } else { (tau * *e + gamma * known) * gamma / h };
         }
@@ -131,7 +157,7 @@ impl Dirk {
     pub(super) fn settle(&mut self, sys: &System, w: &mut Work, tol: &Tolerances) {
         let a = 1.0 / (self.k[FIRST].k.a[0][1] * self.last.h);
         let end = self.last.x.len() - 1;
-        let moves = |i: usize| self.quick[i] && sys.has_q[i] && self.last.moves(i, end, tol);
+        let moves = |i: usize| self.skip.quick[i] && sys.has_q[i] && self.last.moves(i, end, tol);
         for i in 0..sys.n {
             self.e[i] = if moves(i) { w.q[i] - self.q0[i] } else { 0.0 };
         }

@@ -7,19 +7,20 @@ use super::super::Method;
 use super::{Failed, Run, Status};
 use crate::multiversion::{by_lanes, side_by_side, Lanes, One};
 use crate::newton::{Failure, Tolerances};
+use crate::rounding::SAME;
 
 /// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
 const LARGEST: f64 = 1e100;
 /// Steps, each shorter than this part of the run, in which an unknown was larger by so much than it had ever been; between them only
 /// such in which it was larger by less, which a rounded time may have made too short.
 const CLIMBS: u32 = 8;
-const SHORT: f64 = 1e-9;
 const MORE: f64 = 1.05;
 
 #[derive(Default)]
 pub struct BlowUp {
     climbs: u32,
     unknown: usize,
+    rate: f64, // of the last climb, in parts of what it was, by part of the run
 }
 
 impl BlowUp {
@@ -30,11 +31,14 @@ impl BlowUp {
     pub fn step(&mut self, x: &[f64], tol: &Tolerances, under_ddt: &[bool], part: f64) {
         let counts = |k: usize| under_ddt[k] && tol.peak[k] > 0.0 && x[k].abs() >= tol.largest_like(k);
         let higher = |by: f64| (0..x.len()).find(|&k| x[k].abs() > by * tol.peak[k] && counts(k));
-        let short = part < SHORT;
+        let short = part < SAME;
+        let rate = |k: usize| (x[k].abs() / tol.peak[k] - 1.0) / part;
         match short.then(|| higher(MORE)).flatten() {
-            Some(unknown) => (self.climbs, self.unknown) = (self.climbs + 1, unknown),
+            // (towards a pole the rate grows, from a start at rest it falls)
+            Some(k) if rate(k) < self.rate => {}
+            Some(k) => (self.climbs, self.unknown, self.rate) = (self.climbs + 1, k, rate(k)),
             None if self.climbs > 0 && short && higher(1.0).is_some() => {}
-            None => self.climbs = 0,
+            None => (self.climbs, self.rate) = (0, 0.0),
         }
     }
 

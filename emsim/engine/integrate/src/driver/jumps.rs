@@ -4,9 +4,8 @@ use super::super::Method;
 use super::Run;
 use crate::clocked::Trouble;
 use crate::newton::Failure;
+use crate::rounding::SAME;
 
-/// A jump takes this part of the next stretch.
-pub(super) const JUMP: f64 = 1e-9;
 /// ... or ten times as much, so often, where that cannot be solved.
 const LONGER: usize = 4;
 
@@ -150,7 +149,7 @@ impl<S: Sink> Run<'_, S> {
             if due || again > 0 {
                 self.stop = self.sys.next_stop(self.w, t, self.until);
             }
-            let least = (JUMP * width.min(self.stop - t)).max(self.same(t) - t);
+            let least = (SAME * width.min(self.stop - t)).max(self.same(t) - t);
             let least = self.sys.hidden_corner(t).map_or(least, |end| least.max(2.0 * (end - t)));
             // rounding may keep so short a step from converging: a flux of so much over h is no voltage
             let known = method.settle(self.sys, self.w, t, least, &mut self.x).then_some(least);
@@ -180,12 +179,12 @@ impl<S: Sink> Run<'_, S> {
             }
         }
         // over a step of no length slopes are rounding
-        if self.slopes_jump(method) || self.settles || self.modes.is_some() {
+        if self.slopes_jump(method) || self.shown.settles || self.modes.is_some() {
             self.find_forces(width);
         }
         if self.t >= self.a.tstart {
             self.record.row(self.sys, self.w, self.t, &self.x);
-            self.record.corner(self.kept);
+            self.record.corner(self.shown.kept);
             self.record.corner(self.t);
             self.grid.last = self.t;
         }

@@ -1,11 +1,12 @@
 //! Where a law with modes (friction, a rigid stop) asks for another mode: all of them are decided together by modes.rs, then values
 //! follow as behind any jump.
 use super::super::rows::{Forces, Sink};
-use super::jumps::JUMP;
-use super::{Run, LATE};
+use super::event::LATE;
+use super::Run;
 use crate::model::Law;
 use crate::modes::{Modes, Short, INSTANT};
 use crate::newton::Failure;
+use crate::rounding::SAME;
 
 /// Steps by which the modes are asked are no shorter than those of this part of the longest one.
 const SHORTEST: f64 = 1e-5;
@@ -34,7 +35,7 @@ impl<S: Sink> Run<'_, S> {
         if self.modes.is_some() {
             self.decide(width, &[]);
             self.t = 0.0;
-            self.settle(0.0, JUMP * width, false);
+            self.settle(0.0, SAME * width, false);
             self.find_forces(width);
         }
     }
@@ -78,7 +79,7 @@ impl<S: Sink> Run<'_, S> {
     /// Efforts at (t, x) by way of slopes: over a step of no length they are rounding.
     pub(super) fn find_forces(&mut self, width: f64) {
         let everything = || (0..self.sys.n as u32).collect::<Vec<_>>();
-        let begin = self.begin.get_or_insert_with(|| Forces::new(self.sys, &everything()));
+        let begin = self.shown.begin.get_or_insert_with(|| Forces::new(self.sys, &everything()));
         if let Some(forces) = begin {
             let h = Forces::behind(width.min(self.stop.max(self.t + 1e-9 * self.a.tstop) - self.t), self.a.tstop);
             forces.settle(self.sys, self.w, (self.t, &mut self.x), h, &self.tol);

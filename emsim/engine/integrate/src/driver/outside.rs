@@ -3,8 +3,8 @@
 use super::super::rows::Sink;
 use super::super::Method;
 use super::Run;
-use crate::edges::TOGETHER;
 use crate::model::Law;
+use crate::rounding::SAME;
 
 impl<S: Sink> Run<'_, S> {
     /// Steps of somebody else's have led to x at t; conditions that are clear of their thresholds there are so from here on.
@@ -23,7 +23,7 @@ impl<S: Sink> Run<'_, S> {
         self.w.past.corner(t);
         self.w.counters.events += 1;
         // others keep time in another way: a corner as near as that is where the run stands
-        if self.stop > t && self.stop - t <= TOGETHER * t {
+        if self.stop > t && self.stop - t <= SAME * t {
             self.t = self.stop;
         }
         let at = self.t;

@@ -2,17 +2,14 @@
 
 use super::super::rows::Sink;
 use super::super::Method;
-use super::jumps::JUMP;
 use super::{newton, Run, Status, Tick, TICK};
 use crate::newton::Failure;
 use crate::op;
+use crate::rounding::{ROUNDED, SAME};
 
-/// A run that advances less than `LEAST` of its span in `PATIENCE` steps, so many times `TICK`, is stopped: it would need 1e14 of them.
+/// A run that advances less than `SAME` of its span in `PATIENCE` steps, so many times `TICK`, is stopped: it would need 2e14 of them.
 const PATIENCE: u64 = 200_000;
 const _: () = assert!(PATIENCE % TICK == 0);
-const LEAST: f64 = 2e-9;
-/// Steps of so little of the longest creep.
-const CREEPS: f64 = 1e-12;
 /// A step over a corner may take this part of the next stretch.
 const LEAP: f64 = 1e-4;
 /// So many attempts at one step in vain are the end.
@@ -26,6 +23,7 @@ pub struct StepState {
     pub normal: f64, // of steps between corners
     pub failures: u32,
     pub count: u64,
+    pub still: bool,  // nothing moves by itself
     pub coarse: bool, // rows want steps that end on them
     pub gave_up: Option<(f64, Failure, Vec<String>)>,
     pub mark: f64,   // time at the last look for progress
@@ -53,7 +51,7 @@ impl<S: Sink> Run<'_, S> {
     #[inline(never)]
     pub(super) fn looks_up(&mut self, s: &mut StepState, method: &mut dyn Method, tick: &mut Tick) -> bool {
         // in so many steps so short, currents are roundings of charges, which a method does not outgrow: another one begins anew
-        let creeps = s.h < CREEPS * self.tmax && self.o.fixed_step.is_none();
+        let creeps = s.h < ROUNDED * self.tmax && self.o.fixed_step.is_none();
         s.creeps = if creeps { s.creeps + 1 } else { 0 };
         if s.creeps > TICK && method.fallback(self.w, &self.x).is_some() {
             (s.h, s.creeps) = (s.first, 0);
@@ -61,7 +59,7 @@ impl<S: Sink> Run<'_, S> {
         }
         // so many steps for so little: the run would never end
         if s.count % PATIENCE == 0 {
-            if self.t - s.mark < LEAST * self.a.tstop && self.o.fixed_step.is_none() {
+            if self.t - s.mark < SAME * self.a.tstop && self.o.fixed_step.is_none() {
                 self.fail(s.h, diverged(), vec![format!("{PATIENCE} steps without getting on")]);
                 return false;
             }
@@ -143,7 +141,7 @@ impl<S: Sink> Run<'_, S> {
     #[inline(never)]
     pub(super) fn landed(&mut self, s: &mut StepState, method: &mut dyn Method, smallest: f64) {
         self.w.counters.breakpoints += 1;
-        self.record.corner(self.kept);
+        self.record.corner(self.shown.kept);
         let jumped = self.land(method);
         let ahead = self.stop - self.t;
         self.grid.bent(self.t, ahead);
@@ -170,13 +168,13 @@ impl<S: Sink> Run<'_, S> {
     /// that rounding allows, a longer one each time it was not enough; its length, for the next step.
     fn creeps_over(&mut self, step: f64, method: &mut dyn Method) -> Option<f64> {
         let width = self.tmax.min(self.stop - self.t);
-        if step > CREEPS * self.tmax {
+        if step > ROUNDED * self.tmax {
             return None;
         }
         let again = self.t < self.crept.0 + LEAP * width;
         // never so short that time stands still
         let least = 64.0 * f64::EPSILON * self.t;
-        let (t, mut h) = (self.t, if again { 10.0 * self.crept.1 } else { JUMP * width }.max(least));
+        let (t, mut h) = (self.t, if again { 10.0 * self.crept.1 } else { SAME * width }.max(least));
         let tol = self.tol.at_least(1e-5);
         while h <= least.max(LEAP * width) {
             if newton(self.sys, &mut self.newton)

@@ -3,10 +3,8 @@ use super::super::rows::{Grid, Sink};
 use super::super::Method;
 use super::{Next, Run, Status, Tick};
 use crate::events::Detector;
+use crate::rounding::SAME;
 use crate::system::Held;
-
-/// Share of a stretch that is no step: a corner may lie so near to its end that nothing can be solved in between.
-const SLACK: f64 = 1e-10;
 
 /// A place in a run that it can be taken back to.
 pub struct Mark {
@@ -25,7 +23,7 @@ impl<S: Sink> Run<'_, S> {
     /// Goes on to `until`. That is no corner: a step ends there, and nothing is forgotten.
     pub fn go_on(&mut self, method: &mut dyn Method, until: f64, tick: &mut Tick) {
         self.until = until;
-        self.slack = SLACK * (until - self.t);
+        self.slack = SAME * (until - self.t);
         // a corner may lie where the last stretch ended, or next to it
         if self.t > 0.0 {
             let corner = self.sys.next_stop(self.w, self.t, until);
@@ -82,13 +80,13 @@ impl<S: Sink> Run<'_, S> {
             grid: self.grid.clone(),
             events: self.outcome.events.len(),
             next: self.next,
-            kept: self.kept,
+            kept: self.shown.kept,
         }
     }
 
     /// Back to where `mark` was made; the method starts there anew.
     pub fn rewind(&mut self, mark: &Mark, method: &mut dyn Method) {
-        (self.t, self.late, self.next, self.kept) = (mark.t, mark.late, mark.next, mark.kept);
+        (self.t, self.late, self.next, self.shown.kept) = (mark.t, mark.late, mark.next, mark.kept);
         self.x.copy_from_slice(&mark.x);
         self.w.restore(&mark.held);
         self.detector = mark.detector.clone();

@@ -7,12 +7,11 @@
 //! hundredth of its size, which is unknown for what begins at 0; ours is what the driver takes for short enough.
 use super::{combine, local, Explicit, Tolerances};
 use crate::reduced::{Point, Reduced, Trouble};
+use crate::rounding::SAME;
 use crate::system::{System, Work};
 
 const CHANGE: f64 = 0.01; // h^p times the larger of d1 and d2 (ibid., step e)
 const AT_MOST: f64 = 100.0; // of the little step (ibid., step f)
-/// What a slope that changes over a jump may move an unknown by, in parts of itself: the step is a billionth of what lies ahead.
-const HELD: f64 = 1e-8;
 
 /// Puts a point where the states have what x has, with flags as they are now.
 pub(crate) fn place(reduced: &Reduced, point: &mut Point, sys: &System, w: &mut Work, (t, x): (f64, &[f64])) {
@@ -59,7 +58,7 @@ impl Explicit<'_> {
         }
         self.reduced.changes(&mut self.point, &self.e[..m], &mut self.difference);
         let mut unknowns = self.difference.iter().zip(&self.ex).zip(&self.point.floor);
-        Ok(unknowns.all(|((change, x), floor)| change.abs() <= HELD * x.abs() + floor))
+        Ok(unknowns.all(|((change, x), floor)| change.abs() <= SAME * x.abs() + floor))
     }
 
     /// Longer than `little`, if that can be seen.

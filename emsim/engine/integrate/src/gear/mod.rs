@@ -29,6 +29,7 @@ use super::{response, Attempt, Character, History, Method, Response};
 use crate::ledger::Stages;
 use crate::multiversion::{by_lanes, whole, Lanes};
 use crate::newton::{Failure, Newton, Options, Tolerances};
+use crate::rounding::{ROUNDED, SAME};
 use crate::sparse::Complex;
 use crate::system::{Stage, System, Work};
 
@@ -64,10 +65,6 @@ const REAL: [f64; MOST + 1] = [0.0, 0.0, 0.5, 0.3, 0.3, 0.5, 0.0];
 const TAKEN: f64 = 0.5;
 /// Of the first step's movement, what is held to the tolerance.
 const FIRST: f64 = 0.2;
-/// A first step that would be shorter than this part of the time is judged by what parts it from the trapezoidal rule.
-const SHORTEST: f64 = 1e-11;
-/// A step of so much of the time is clear of its rounding.
-const CLEAR: f64 = 1e-9;
 
 /// Beside diodes: what conducts at a crest for less than a twentieth of a period lies between longer steps (peak_detector).
 const IN_A_PERIOD: f64 = 40.0;
@@ -337,7 +334,7 @@ impl Gear {
     /// no step is asked for that rounding of the time would spoil (a current that a source ramps up from 0 A would).
     fn first_error(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) -> f64 {
         let missed = self.missed.clone();
-        if self.t1 < CLEAR * (self.now + self.t1) {
+        if self.t1 < SAME * (self.now + self.t1) {
             self.given.iter().for_each(|&i| self.missed[i] = 0.0);
         }
         let x0: Vec<f64> = (0..sys.n).map(|i| self.behind.newest(i)).collect();
@@ -345,7 +342,7 @@ impl Gear {
         if worst > 1.0 {
             worst = self.above_noise(sys, w, a, FIRST, tol);
         }
-        if worst * SHORTEST * (self.now + self.t1) > self.t1 {
+        if worst * ROUNDED * (self.now + self.t1) > self.t1 {
             let mut apart = vec![0.0; sys.n];
             self.newton.find_f(a, &self.stage, &mut apart);
             for (i, f) in apart.iter_mut().enumerate() {

@@ -45,9 +45,6 @@ const MUCH: f64 = 5e-4;
 /// Contractions that are believed.
 const BELIEVED: (f64, f64) = (1e-5, 0.5);
 
-/// Evaluations of every stage that a step of linear equations is worth (stages.rs).
-const LINEAR_PASSES: f64 = 0.5;
-
 /// Operations that everything else is worth which a step takes: the driver's work, the guess, the estimate, the rows. Not where
 /// conductances turn within a step: long steps know little of that (bare exponentials at 3e-3 were wrong by 0.15 of the range).
 const STEP: f64 = 4000.0;
@@ -211,9 +208,8 @@ impl Orders {
         let c = &self.costs;
         let pairs = (s - 1.0) / 2.0;
         let systems = 1.0 + 4.0 * pairs;
-        let passes = if taken.linear { LINEAR_PASSES } else { iterations };
         let mut work = if self.turns { 0.0 } else { STEP };
-        work += (passes * s + 1.0) * c.evaluation;
+        work += (iterations * s + 1.0) * c.evaluation;
         work += iterations * (systems * c.solve + 3.0 * s * s * c.unknowns);
         if !taken.linear {
             work += c.jacobian + systems * c.factor;

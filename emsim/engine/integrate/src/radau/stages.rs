@@ -9,6 +9,7 @@ use super::order::CONTRACTION;
 use super::state::Points;
 use super::{blend, dense, Radau, MOST_ITERATIONS};
 use crate::newton::Tolerances;
+use crate::rounding::SUMMED;
 use crate::system::{System, Work};
 
 /// What the last update may leave behind at reltol 1e-3, in units of the tolerance; it falls with the fourth root of reltol. It is one-sided, step after step, and a tighter run has more steps: with 1e-4 throughout, a slider-crank
@@ -22,9 +23,6 @@ const MOST_STALLED: f64 = 0.3;
 
 /// What diodes may leave of the stages' error, in units of the tolerance.
 const BELIEVED: f64 = 0.02;
-
-/// Rounding of a momentum or a charge, as a share of the largest.
-const ROUNDING: f64 = 1e-14;
 
 /// Which unknown moved too far at last, and whether the iterate is finite.
 pub type Stuck = (usize, bool);
@@ -140,13 +138,11 @@ impl Radau {
                 }
                 // the first correction may have gone into the multipliers: the second shows nothing yet unless it explodes
                 let patience = if iteration == 2 { 4.0 } else { 0.99 };
-                if theta >= patience && norm > target {
-                    return Err((self.farthest(tol), true));
-                }
+                let away = theta >= patience && norm > target;
                 eta = theta / (1.0 - theta).max(1e-3);
                 let left = (most - iteration) as i32;
                 let slow = norm * theta.powi(left) / (1.0 - theta).max(1e-3) > 10.0 * target;
-                if slow && (iteration > 2 || theta < 0.2) && norm > 100.0 * floor {
+                if away || slow && (iteration > 2 || theta < 0.2) && norm > 100.0 * floor {
                     return Err((self.farthest(tol), true));
                 }
             } else {
@@ -240,7 +236,7 @@ impl Radau {
         }
         let relax = 1.0 / self.estimate.relax;
         self.newton.grown = relax * tol.largest_move(&self.newton.moved, &self.start.x, &self.scratch);
-        let rounding = ROUNDING * self.scheme.gamma / self.h;
+        let rounding = SUMMED * self.scheme.gamma / self.h;
         self.newton.behind = 0.0;
         for &(i, stored) in &self.newton.linear {
             let noise = rounding * self.start.stored[stored as usize];

@@ -10,10 +10,11 @@
 use super::super::driver::{Mark, Transient};
 use super::super::explicit::place;
 use super::{Failed, Session};
-use crate::model::{Law, NOTHING};
+use crate::model::Law;
 use crate::newton::{Failure, Options};
 use crate::record::Record;
 use crate::reduced::{Point, Reduced, Trouble};
+use crate::rounding::SAME;
 use crate::system::System;
 use crate::tolerances::Tolerances;
 use std::sync::Arc;
@@ -221,7 +222,7 @@ impl Exchange {
             let moved = |k: usize| {
                 let size = self.y[k].abs().max(y[k].abs()).max(self.nominal[k]);
                 // (else what so short a step moves)
-                let least = if modes { 0.0 } else { NOTHING * size };
+                let least = if modes { 0.0 } else { SAME * size };
                 (y[k] - self.y[k]).abs() > least
             };
             states_jumped = (0..y.len()).any(moved);

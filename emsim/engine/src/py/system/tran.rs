@@ -90,7 +90,7 @@ pub(super) fn run(py: Python<'_>, this: &System, tstep: f64, tstop: f64, mut r: 
         });
         if outcome.status == Status::Ok && outcome.end.len() == sys.n {
             let ended = op::unstable(&sys, &mut w, &outcome.end, outcome.ended, &o, &Tolerances::new(&sys, &o));
-            w.unstable = ended.or(w.unstable);
+            w.doubts.unstable = ended.or(w.doubts.unstable);
         }
         (outcome, w, record, clock.seconds())
     });

@@ -5,9 +5,7 @@
 //! of efforts with one bound f = lo + z against w, of those with two f = lo + r against w + s, s against hi - lo - r, s >= 0 the part
 //! of w below 0 (Glocker). Bounds that go with another effort f(n) are lo + l f(n) and hi + h f(n).
 use super::{At, Bounds};
-
-/// A pivot of less of the largest entry of its column is rounding.
-const TINY: f64 = 1e-12;
+use crate::rounding::ROUNDED;
 
 /// At which bounds the efforts of a solution are. None where the method ends on a ray, or an effort has no bound.
 pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Vec<At>> {
@@ -64,7 +62,7 @@ pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Vec<At>> {
             (Some(_), Some(k)) if z[m + k] > 0.0 => At::High,
             (Some(own), Some(k)) => {
                 let left = q[m + k] + (0..size).map(|c| matrix[(m + k) * size + c] * z[c]).sum::<f64>();
-                if left <= TINY * z[own] {
+                if left <= ROUNDED * z[own] {
                     At::High
                 } else {
                     At::Inside
@@ -123,7 +121,7 @@ fn plain(matrix: &[f64], q: &[f64]) -> Option<Vec<f64>> {
         }
         z
     };
-    let none = TINY * q.iter().fold(0.0, |most: f64, q| most.max(q.abs()));
+    let none = ROUNDED * q.iter().fold(0.0, |most: f64, q| most.max(q.abs()));
     let mut row = (0..n).reduce(|best, i| if earlier(&rows, &|_| 1.0, i, best) { i } else { best })?;
     let mut enters = 2 * n;
     for _ in 0..50 + 20 * n {
@@ -133,7 +131,7 @@ fn plain(matrix: &[f64], q: &[f64]) -> Option<Vec<f64>> {
         }
         enters = if leaves < n { n + leaves } else { leaves - n };
         let size = rows.iter().map(|r| r[enters].abs()).fold(0.0, f64::max);
-        let can: Vec<usize> = (0..n).filter(|&i| rows[i][enters] > TINY * size).collect();
+        let can: Vec<usize> = (0..n).filter(|&i| rows[i][enters] > ROUNDED * size).collect();
         let by = |i: usize| rows[i][enters];
         let Some(next) = can.into_iter().reduce(|best, i| if earlier(&rows, &by, i, best) { i } else { best }) else {
             // a ray from where z0 is 0 to rounding: it has been solved
@@ -144,7 +142,7 @@ fn plain(matrix: &[f64], q: &[f64]) -> Option<Vec<f64>> {
         // z0 leaves as soon as it can
         if let Some(z0) = basis.iter().position(|&at| at == 2 * n) {
             let (own, best) = (rows[z0][last] / rows[z0][enters], rows[row][last] / rows[row][enters]);
-            if rows[z0][enters] > TINY * size && own <= best * (1.0 + TINY) + f64::MIN_POSITIVE {
+            if rows[z0][enters] > ROUNDED * size && own <= best * (1.0 + ROUNDED) + f64::MIN_POSITIVE {
                 row = z0;
             }
         }

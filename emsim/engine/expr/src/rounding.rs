@@ -1,0 +1,8 @@
+//! What counts as equal where numbers come to the same by different ways.
+
+/// Of what is added up: rounding of a sum of a few dozen numbers.
+pub const SUMMED: f64 = 64.0 * f64::EPSILON;
+/// Of what something is made of: rounding of an elimination, of a long run's time, of what was computed in stages.
+pub const ROUNDED: f64 = 1e-12;
+/// Of what is looked at: results of iterations that end at no more than 1e-9 of a tolerance of 1, instants that are one.
+pub const SAME: f64 = 1e-9;
