@@ -452,6 +452,7 @@ def command(
     session = Section(
         COMMANDS, altered, analyse, say or said.append, [f.path for f in flat.sources if f.path]
     )
+    session.draws = bool(_option(options, "pictures") or flat.options.get("pictures"))
     session.run(flat.commands)
     result = Result(
         flat.title, session.tables(), [*first, *(d for d in session.sink.diagnostics if d not in first), *session.trouble],

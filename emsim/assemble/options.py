@@ -91,6 +91,7 @@ OPTIONS = {option.name: option for option in (
     Option("rshunt", "ohm", "-", "resistance from every node to ground", 0.0, _CIRCUIT),
     Option("gshunt", "S", "0", "conductance from every node to ground", 0.0, _CIRCUIT),
     Option("cshunt", "F", "0", "capacitance from every node to ground", 0.0, _CIRCUIT),
+    Option("pictures", "", "0", "1: plot in a .control section draws, as hardcopy does", 0.0, "control/pictures.py"),
     Option("projection", "", "1", "0: explicit methods let closed loops drift", 0.0, _RUN),
 )}  # fmt: skip
 NUMBERS = {name: option.least for name, option in OPTIONS.items() if option.least is not None}

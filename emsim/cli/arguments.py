@@ -198,4 +198,6 @@ def overrides(
     for key in numbers:
         if (value := given.number(key)) is not None:
             options[key] = value
+    if given.has("pictures"):
+        options["pictures"] = 1.0
     return options

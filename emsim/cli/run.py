@@ -51,6 +51,7 @@ OPTIONS = [
     *WINDOW_OPTIONS,
     Option("--energy", "print the energy ledger: supplied, dissipated, stored, by element and card"),
     Option("--no-files", "write no raw file"),
+    Option("--pictures", "plot in a .control section draws a picture"),
     *METHOD_OPTIONS,
     DEFINE,
     JSON,

@@ -1,4 +1,4 @@
-"""Pictures: plot, hardcopy, gnuplot write a file and name it. matplotlib is loaded when one is drawn."""
+"""Pictures: hardcopy, gnuplot, and plot where it is asked to draw, write a file and name it. Loads matplotlib for that."""
 
 from __future__ import annotations
 
@@ -57,21 +57,20 @@ def draw(s: Session, path: str, text: str) -> None:
     if not found:
         raise CommandError("E164", "there is nothing to draw: what is named holds no numbers")
     found = [c for c in found if c[0] is not (c[0].plot.scale if c[0].plot else None)] or found
+    if not path:
+        return s.note("plot draws nothing by itself", "--pictures or .options pictures=1 draw, hardcopy")
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        s.note("no picture is drawn: matplotlib is not installed", "pip install 'emsim[plot]'")
-        return
+        return s.note("no picture is drawn: matplotlib is not installed", "pip install 'emsim[plot]'")
     figure = Figure(figsize=(8, 5), layout="constrained")
     axes: Any = figure.add_subplot()
     for v, x, _ in found:
         y = v.values
         if np.iscomplexobj(y):
             y = np.abs(y) if np.any(y.imag) else y.real
-        style: dict[str, Any] = (
-            {"marker": ".", "linestyle": "none"} if "pointplot" in options or len(x) == 1 else {}
-        )
-        axes.plot(np.nan_to_num(x, nan=np.nan), y, label=v.name, **style)
+        style = "." if "pointplot" in options or len(x) == 1 else "-"
+        axes.plot(np.nan_to_num(x, nan=np.nan), y, style, label=v.name)
     _axes(s, axes, found, options)
     axes.legend(loc="best")
     axes.set_title(next(iter(options.get("title", [])), s.plots.current.title))
@@ -97,12 +96,8 @@ def _axes(
     axes.set_xlabel(next(iter(options.get("xlabel", [])), name))
     axes.set_ylabel(next(iter(options.get("ylabel", [])), units.pop() if len(units) == 1 else ""))
     axes.grid("nogrid" not in options)
-    for key, set_ in (
-        ("xlimit", axes.set_xlim),
-        ("xl", axes.set_xlim),
-        ("ylimit", axes.set_ylim),
-        ("yl", axes.set_ylim),
-    ):
+    limited = {"xlimit": axes.set_xlim, "xl": axes.set_xlim, "ylimit": axes.set_ylim, "yl": axes.set_ylim}
+    for key, set_ in limited.items():
         if key in options:
             limits = s.numbers(" ".join(options[key]))
             log = (axes.get_xscale() if key[0] == "x" else axes.get_yscale()) == "log"
@@ -116,15 +111,17 @@ def plot(s: Session, text: str, at: Statement) -> None:
     number = s.pictures + 1
     if number > MOST_PICTURES:
         raise CommandError("E165", f"{MOST_PICTURES} pictures are the most")
-    path = target(s, f"{s.stem}-{number}.png")
-    draw(s, path, text)
+    draw(s, target(s, f"{s.stem}-{number}.png") if s.draws else "", text)
     s.pictures = number
 
 
-def hardcopy(s: Session, text: str, at: Statement) -> None:
+def _file(text: str, form: str) -> tuple[str, str]:
     name, _, rest = text.strip().partition(" ")
-    if not name or not rest.strip():
-        usage("hardcopy file vector ..", "a file and vectors are needed")
+    return (name, rest) if rest.strip() else usage(form, "a file and vectors are needed")
+
+
+def hardcopy(s: Session, text: str, at: Statement) -> None:
+    name, rest = _file(text, "hardcopy file vector ..")
     kind = str(s.variables.get("hcopydevtype", "svg")).lower()
     _, dot, extension = name.rpartition(".")
     if not dot or extension.lower() not in ("svg", "png", "pdf", "ps", "eps"):
@@ -134,14 +131,12 @@ def hardcopy(s: Session, text: str, at: Statement) -> None:
 
 def gnuplot(s: Session, text: str, at: Statement) -> None:
     """The picture that gnuplot would draw, and the data beside it."""
-    name, _, rest = text.strip().partition(" ")
-    if not name or not rest.strip():
-        usage("gnuplot file vector ..", "a name and vectors are needed")
+    name, rest = _file(text, "gnuplot file vector ..")
     draw(s, target(s, name + ".png"), rest)
 
 
 COMMANDS = (
-    Command("plot", PLOT, "draws a picture, into DECK-1.png, DECK-2.png ..", plot, records=True),
+    Command("plot", PLOT, "draws into DECK-1.png, .. with --pictures", plot, records=True),
     Command("hardcopy", "hardcopy file vector ..", "draws a picture into that file", hardcopy, records=True),
     Command("gnuplot", "gnuplot name vector ..", "draws a picture into name.png", gnuplot, records=True),
 )

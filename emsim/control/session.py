@@ -69,7 +69,7 @@ class Session:
         self.seed(SEED)
         self.files: list[str] = []  # that were written
         self.folder = ""  # where they are, by `cd`
-        self.pictures = 0
+        self.pictures, self.draws = 0, False
         name = os.path.basename(deck.deck.file.path or "deck")
         self.stem = os.path.splitext(name)[0] or "deck"
         self.own = [os.path.realpath(p) for p in sources]  # the deck's, not to be written over
