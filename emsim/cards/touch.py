@@ -209,7 +209,7 @@ class Touching:
         gaps = [place.gap for _, place in self.places]
         found: Probes = {
             word: _sum(s, [sign * place.force for sign, place in self.places]),
-            "gap": s.minimum(gaps[0], gaps[1]) if len(gaps) == 2 else gaps[0],
+            "gap": lambda: s.minimum(*gaps) if len(gaps) == 2 else gaps[0],
             "hits": _sum(s, [place.count for _, place in self.places]),
             "mode": _sum(s, [sign * place.on for sign, place in self.places]),
             "power": _sum(s, [touch.force * touch.rate for _, touch in self.touches]),

@@ -95,6 +95,15 @@ def test_a_planet_stands_in_its_ring():
     assert sun["first"]["a"] == ring["first"]["a"]
 
 
+def test_a_stop_of_two_ends_whose_gap_nobody_reads_is_drawn(tmp_path):
+    deck = tmp_path / "between.cir"
+    deck.write_text(
+        "two ends\nBODY a m=1 j=1\nJOINT p 0 a pin ic=(0,3)\nSTOP s p min=-1 max=2 e=0.5\n.save angle(p)\n.tran 1m 1\n.end\n"
+    )
+    (s,) = shapes(str(deck), "stop")
+    assert s["ends"] == [-1, 2]
+
+
 def test_a_cam_has_the_profile_of_its_lift():
     (s,) = shapes(str(ROOT / "cam_follower.cir"), "cam")
     n = len(s["lift"]) - 1
