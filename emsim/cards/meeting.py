@@ -171,7 +171,8 @@ def _disc_on(s: Scene, a: Part, b: Part) -> Meeting:
     label = f"{a[0]} {b[0]}"
     held, last = _held(s, u, v, label), s.b.memory(f"{label} place")
     s.b.keep(last, s.public(name))
-    number = s.b.select(held * last, last, name)
+    # (round: no slope goes by how much the number is)
+    number = s.b.select(held * last, s.b.call("round", last), name)
     past, nx, ny, d, to_x, to_y = chosen(s, number, [*edges, *corners])
     at_corner = s.b.call("notless", number, count + 0.5)
     # turns where the place does, and a little beyond, so that its name is another: the normal has turned by that over r then

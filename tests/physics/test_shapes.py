@@ -111,6 +111,22 @@ def test_a_disc_goes_round_the_corners_of_a_box_that_turns(mu, reltol, error):
     assert found.stats["events"] == 4 and not found.diagnostics
 
 
+def test_sensitivities_go_round_a_corner():
+    """Height by the speed of turning: on the edge (h + r)/cos(w t), on the corner, d = sqrt(2) h, at b = pi/4 - w t
+    d cos(b) + sqrt(r^2 - d^2 sin(b)^2)."""
+    half, r, rate, d = 0.1, 0.05, 0.3, sqrt(2) * 0.1
+    found = emsim.run(
+        f"t\n.gravity {G}\n.param w={rate}\nBODY box m=1 shape=box(0.2,0.2)\nJOINT turn 0 box pin\nDRIVE s turn q={{w*time}}\n"
+        f"BODY disc m=1 shape=disc({r})\nJOINT up 0 disc slide axis=(0,1) ic=0.15\nCONTACT c disc box e=0\n"
+        ".options reltol=1e-8\n.tran 0.1 3\n.sens pos(up) tran by w\n.end\n"
+    )
+    b = pi / 4 - rate * 2.5
+    by_b = -d * sin(b) - d * d * sin(b) * cos(b) / sqrt(r * r - (d * sin(b)) ** 2)
+    assert found.at("sens(pos(up),w)", 2.5) == pytest.approx(-2.5 * by_b, abs=1e-7)
+    edge = (half + r) * sin(rate) / cos(rate) ** 2
+    assert found.at("sens(pos(up),w)", 1.0) == pytest.approx(edge, abs=1e-7)
+
+
 @pytest.mark.parametrize(("reltol", "error"), TOLERANCES)
 def test_a_stack_carries_its_weight(reltol, error):
     """Boxes of one width, corners exactly on corners: n - k weights on the k-th."""
