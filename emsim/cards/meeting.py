@@ -9,8 +9,9 @@ by side.
 A disc has one place, gap = |c - nearest point| - r, at an edge or, where the foot of c is beyond its end, at a corner of B.
 
 Which edge it is, is asked anew at every point while the parts are apart, and held while they touch: equations are smooth then.
-Passing the end of the edge ends the touch, an event; where the other part has a corner there, that one has come to the end of the
-first one's edge at the same time, and takes over.
+Where a corner passes the end of the edge the touch ends, an event; where the other part has a corner there, that one has come to
+the end of the first one's edge at the same time, and takes over. A disc touches on: its gap is smooth there but for the
+second derivative, and at that event its place is asked anew.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from math import hypot
 
 from .kinematics import dot, subtract
 from .laws import Edge
+from .nearest import chosen, largest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -82,14 +84,6 @@ class View:
         return [n[0] * u + n[1] * v - d for n, d in zip(self.normals, self.offsets, strict=True)]
 
 
-def _chosen(s: Scene, number: Expr, values: Sequence[float]) -> Expr:
-    """The number-th of the values, from 1 on."""
-    found = s.b.const(values[-1])
-    for k in range(len(values) - 1, 0, -1):
-        found = s.b.select(number - float(k), found, values[k - 1])
-    return found
-
-
 def _largest(s: Scene, values: Sequence[Expr], names: Sequence[Expr]) -> tuple[Expr, Expr]:
     """The largest value and its name, without an event."""
     best, name = values[0], names[0]
@@ -118,9 +112,7 @@ def _corners(s: Scene, a: Part, b: Part) -> list[Meeting]:
         best, name = _largest(s, reach, names)
         held = _held(s, u, v, label)
         number = s.b.select(held, held, s.b.call("abs", name))
-        nx, ny, d = (
-            _chosen(s, number, values) for values in (*zip(*view.normals, strict=True), view.offsets)
-        )
+        nx, ny, d = chosen(s, number, [(*n, c) for n, c in zip(view.normals, view.offsets, strict=True)])
         gap = nx * u + ny * v - d
         past = best - gap - tiny
         presses = s.b.select(s.b.call("notless", name, 0.0), name, 0.0)
@@ -164,43 +156,35 @@ def _disc_on(s: Scene, a: Part, b: Part) -> Meeting:
     view, frame, r = View(s, b), s.frame(a[1]), a[2].radius
     u, v = view.place(frame.point((*a[2].centre, 0.0)).pos)
     count, tiny = len(view.normals), max(a[2].tiny, b[2].tiny)
-    names = []
-    ways = [(-n[1], n[0]) for n in view.normals]  # along the edges
-    for j, (way, corner, length) in enumerate(zip(ways, view.corners, view.lengths, strict=True)):
-        along = way[0] * (u - corner[0]) + way[1] * (v - corner[1])
-        ends = s.b.select(s.b.call("notless", length, along), j + 1.0, count + 1.0 + (j + 1) % count)
-        names.append(s.b.select(s.b.call("notless", along, 0.0), ends, count + 1.0 + j))
+    names, edges, ends = [], [], []
+    for j, (n, corner, length) in enumerate(zip(view.normals, view.corners, view.lengths, strict=True)):
+        begin, end = count + 1.0 + j, count + 1.0 + (j + 1) % count
+        along = n[0] * (v - corner[1]) - n[1] * (u - corner[0])
+        on = s.b.select(s.b.call("notless", length, along), j + 1.0, end)
+        names.append(s.b.select(s.b.call("notless", along, 0.0), on, begin))
+        edges.append((largest(s, [-along, along - length]), *n, view.offsets[j], 0.0, 0.0))
+        ends.append((along, length - along))
+    corners = [
+        (largest(s, [ends[j][0], ends[j - 1][1]]), 0.0, 0.0, 0.0, *p) for j, p in enumerate(view.corners)
+    ]
     _, name = _largest(s, view.distances(u, v), names)
     label = f"{a[0]} {b[0]}"
-    held = _held(s, u, v, label)
-    number = s.b.select(held, held, name)
-    # within its edge, or beyond the ends of both that meet in its corner: two bounds w . p <= c
-    begins = [w[0] * p[0] + w[1] * p[1] for w, p in zip(ways, view.corners, strict=True)]
-    bounds = [(-w[0], -w[1], -c, *w, c + size) for w, c, size in zip(ways, begins, view.lengths, strict=True)]
-    for j in range(count):
-        before, after = ways[j - 1], ways[j]
-        x, y = view.corners[j]
-        bounds.append((-before[0], -before[1], -before[0] * x - before[1] * y, *after, begins[j]))
-    w = [_chosen(s, number, values) for values in zip(*bounds, strict=True)]
-    past, _ = _largest(s, [w[0] * u + w[1] * v - w[2], w[3] * u + w[4] * v - w[5]], [s.b.const(0.0)] * 2)
-    past -= tiny
-    none = [0.0] * count
-    nx, ny, d, to_x, to_y = (
-        _chosen(s, number, values)
-        for values in (
-            *([*n, *none] for n in zip(*view.normals, strict=True)),
-            [*view.offsets, *none],
-            *([*none, *p] for p in zip(*view.corners, strict=True)),
-        )
-    )
+    held, last = _held(s, u, v, label), s.b.memory(f"{label} place")
+    s.b.keep(last, s.public(name))
+    # (round: no slope goes by how much the number is)
+    number = s.b.select(held * last, s.b.call("round", last), name)
+    past, nx, ny, d, to_x, to_y = chosen(s, number, [*edges, *corners])
     at_corner = s.b.call("notless", number, count + 0.5)
+    # turns where the place does, and a little beyond, so that its name is another: the normal has turned by that over r then
+    past -= 0.01 * tiny
+    turns = s.b.select(held, s.b.select(at_corner, -past, past), -1.0)
+    s.b.flag(s.public(turns), None, f"{label} at a corner", -1)
     across = s.b.call("hypot", u - to_x, v - to_y)
     gap = s.b.select(at_corner, across, nx * u + ny * v - d) - r
     across_x = s.b.select(at_corner, (u - to_x) / across, nx)
     across_y = s.b.select(at_corner, (v - to_y) / across, ny)
     slip = across_y * s.rate(u) - across_x * s.rate(v) + r * (frame.omega[2] - view.omega)
-    edge = Edge(held, s.b.select(held, s.b.select(s.b.call("notless", 0.0, past), held, name), name), past)
-    return Meeting(label, gap, slip, edge)
+    return Meeting(label, gap, slip, Edge(held, s.b.const(1.0), s.b.const(-1.0)))
 
 
 def _discs(s: Scene, a: Part, b: Part) -> Meeting:

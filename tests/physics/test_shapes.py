@@ -82,6 +82,51 @@ def test_a_ball_rolls_off_an_edge(reltol, error):
     assert np.allclose(np.hypot(np.maximum(x - 2.0, 0.0), y), radius, atol=error) and never_rises(r, reltol)
 
 
+@pytest.mark.parametrize(("reltol", "error"), ((1e-4, 1e-4), (1e-6, 1e-6), (1e-8, 1e-8)))
+@pytest.mark.parametrize("mu", (0.0, 0.1))
+def test_a_disc_goes_round_the_corners_of_a_box_that_turns(mu, reltol, error):
+    """Its height by the edge or the corner below it, its slip by the speeds of both where they touch: each change of place is
+    one event, and no end of the touch."""
+    half, r, rate, slips = 0.1, 0.05, 0.3, "slip(c)" if mu else ""
+    box = f"BODY box m=1 shape=box({2 * half},{2 * half})\nJOINT turn 0 box pin\nDRIVE spin turn q={{{rate}*time}}\n"
+    disc = f"BODY disc m=1 shape=disc({r})\nJOINT up 0 disc slide axis=(0,1) ic={half + r}\n"
+    found = run(
+        f"{box}{disc}CONTACT c disc box e=0 mu={mu}", 12.0, f"pos(up) vel(up) force(c) {slips}", reltol
+    )
+    turned = np.remainder(rate * np.asarray(found.time) + pi / 4, pi / 2) - pi / 4  # of the nearest edge
+    at_edge = (half + r) * np.abs(np.tan(turned)) <= half
+    lies = np.sqrt(2) * half * np.sin(turned - np.copysign(pi / 4, turned))  # the corner, below 0 to the left
+    tilt = np.where(
+        at_edge, -turned, np.arcsin(np.clip(lies / r, -1.0, 1.0))
+    )  # of the normal against the vertical
+    stands = np.sqrt(2) * half * np.cos(turned - np.copysign(pi / 4, turned)) + r * np.cos(tilt)
+    height = np.where(at_edge, (half + r) / np.cos(turned), stands)
+    assert np.allclose(found["pos(up)"], height, rtol=0.0, atol=error)
+    if mu:
+        n = np.array([np.sin(tilt), np.cos(tilt)])
+        place = np.array([np.zeros_like(height), height]) - r * n
+        slip = -n[0] * np.asarray(found["vel(up)"]) + rate * (place[1] * n[1] + place[0] * n[0])
+        assert np.allclose(found["slip(c)"], slip, rtol=0.0, atol=error)
+    assert np.all(np.asarray(found["force(c)"]) > 0.0)
+    assert found.stats["events"] == 4 and not found.diagnostics
+
+
+def test_sensitivities_go_round_a_corner():
+    """Height by the speed of turning: on the edge (h + r)/cos(w t), on the corner, d = sqrt(2) h, at b = pi/4 - w t
+    d cos(b) + sqrt(r^2 - d^2 sin(b)^2)."""
+    half, r, rate, d = 0.1, 0.05, 0.3, sqrt(2) * 0.1
+    found = emsim.run(
+        f"t\n.gravity {G}\n.param w={rate}\nBODY box m=1 shape=box(0.2,0.2)\nJOINT turn 0 box pin\nDRIVE s turn q={{w*time}}\n"
+        f"BODY disc m=1 shape=disc({r})\nJOINT up 0 disc slide axis=(0,1) ic=0.15\nCONTACT c disc box e=0\n"
+        ".options reltol=1e-8\n.tran 0.1 3\n.sens pos(up) tran by w\n.end\n"
+    )
+    b = pi / 4 - rate * 2.5
+    by_b = -d * sin(b) - d * d * sin(b) * cos(b) / sqrt(r * r - (d * sin(b)) ** 2)
+    assert found.at("sens(pos(up),w)", 2.5) == pytest.approx(-2.5 * by_b, abs=1e-7)
+    edge = (half + r) * sin(rate) / cos(rate) ** 2
+    assert found.at("sens(pos(up),w)", 1.0) == pytest.approx(edge, abs=1e-7)
+
+
 @pytest.mark.parametrize(("reltol", "error"), TOLERANCES)
 def test_a_stack_carries_its_weight(reltol, error):
     """Boxes of one width, corners exactly on corners: n - k weights on the k-th."""
