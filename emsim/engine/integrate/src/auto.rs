@@ -15,8 +15,7 @@
 //!     grid speak of: order is lost on what follows such a mode long before stability is. Also where that mode is damped and `LASTING` times
 //!     faster than the run is long: it will have died, and stability will want all those steps.
 //!  4. From explicit to implicit by the same measure behind an event whose first step is refused, when stability has limited `STIFF`
-//!     steps in a row, when the step collapses, when a stage cannot be solved, or where a loop comes near a loss of rank. There is no way
-//!     back: of 335 decks four returned, for no gain in three of them and twice the time in one.
+//!     steps in a row, when the step collapses, when a stage cannot be solved, or where a loop comes near a loss of rank. There is no way back.
 //!  5. Where a method gives up, the others go on from the last good point in the order of `OTHERS`.
 mod fills;
 
@@ -194,7 +193,6 @@ impl<'a> Auto<'a> {
         Ok(())
     }
 
-    /// Rule 3, before the first attempt, of length h.
     fn look(&mut self, w: &mut Work, h: f64) -> Result<(), Failure> {
         if !std::mem::replace(&mut self.begun, true) && self.explicitly() {
             // the first step is a hundredth of it

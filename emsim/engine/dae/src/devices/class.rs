@@ -252,15 +252,13 @@ pub fn across(x: &[f64], p: i32, n: i32) -> f64 {
     at(p) - at(n)
 }
 
-/// Energy without a closed form: intervals of at most so many volts.
-const PANEL: f64 = 0.05;
 /// Nodes and weights of Gauss-Legendre's rule of order 6 on [0, 1].
 pub const GAUSS: [(f64, f64); 3] =
     [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
-/// The integral of f over s from 0 to 1, where s v are the voltages of ports.
+/// The integral of f over s from 0 to 1, where s v are the voltages of ports, on intervals of 50 mV at most.
 pub fn by_panels(v: &[f64], mut f: impl FnMut(f64) -> f64) -> f64 {
-    let panels = (v.iter().fold(0.0_f64, |m, v| m.max(v.abs())) / PANEL).ceil().clamp(1.0, 400.0);
+    let panels = (v.iter().fold(0.0_f64, |m, v| m.max(v.abs())) / 0.05).ceil().clamp(1.0, 400.0);
     let nodes = (0..panels as usize).flat_map(|panel| GAUSS.map(|(c, weight)| ((panel as f64 + c) / panels, weight)));
     nodes.map(|(s, weight)| weight / panels * f(s)).sum()
 }

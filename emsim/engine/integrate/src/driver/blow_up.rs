@@ -25,8 +25,7 @@ pub struct BlowUp {
 
 impl BlowUp {
     /// An accepted step ended at x; `part` of the run was its length, tol knows the largest values until then. What does not stand
-    /// under d/dt may jump at a corner: the voltage of an inductor whose current a diode has turned off. What is small
-    /// beside others of its kind is on its way from a start at rest (a rectifier's nodes, millivolts in 1e-20 s).
+    /// under d/dt may jump at a corner. What is small beside others of its kind is on its way from a start at rest.
     #[inline]
     pub fn step(&mut self, x: &[f64], tol: &Tolerances, under_ddt: &[bool], part: f64) {
         let counts = |k: usize| under_ddt[k] && tol.peak[k] > 0.0 && x[k].abs() >= tol.largest_like(k);
@@ -34,8 +33,7 @@ impl BlowUp {
         let short = part < SAME;
         let rate = |k: usize| (x[k].abs() / tol.peak[k] - 1.0) / part;
         match short.then(|| higher(MORE)).flatten() {
-            // (towards a pole the rate grows, from a start at rest it falls)
-            Some(k) if rate(k) < self.rate => {}
+            Some(k) if rate(k) < self.rate => {} // (towards a pole it grows, from a start at rest it falls)
             Some(k) => (self.climbs, self.unknown, self.rate) = (self.climbs + 1, k, rate(k)),
             None if self.climbs > 0 && short && higher(1.0).is_some() => {}
             None => (self.climbs, self.rate) = (0, 0.0),

@@ -29,9 +29,15 @@ impl Problem<'_> {
         let n = b.len();
         let mut a = a.to_vec();
         (0..n).for_each(|i| a[i * n + i] += more);
-        // of the rows of its directions the largest sum, which their eigenvalues are not above
         let row = |i: usize| bounds.around(i).map(|j| a[i * n + j].abs()).sum::<f64>();
-        let stiff = |i: usize| bounds.around(i).map(row).fold(0.0, f64::max);
+        let stiff = |i: usize| match bounds.pair[i].filter(|&j| bounds.pair[j] == Some(i)) {
+            // the largest eigenvalue of its directions; of more than two what it is not above
+            Some(j) => {
+                let (p, q, off) = (a[i * n + i], a[j * n + j], 4.0 * a[i * n + j] * a[j * n + i]);
+                0.5 * (p + q + ((p - q) * (p - q) + off).max(0.0).sqrt()).abs()
+            }
+            None => bounds.around(i).map(row).fold(0.0, f64::max),
+        };
         let rho = (0..n).map(|i| 1.0 / stiff(i).max(more).max(f64::MIN_POSITIVE)).collect();
         Problem { a, b, bounds, rho }
     }
