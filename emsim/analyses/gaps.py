@@ -31,9 +31,8 @@ def closed(assembly: Assembly, waves: Waveforms, names: Sequence[str]) -> Diagno
         name, _, what = assembly.system.flag_names[index].partition(" ")
         if on and what == "overlaps":
             said = f"parts of CONTACT {name} are in each other from t = {t:.6g} s on: no edge stops what meets corner to corner"
-            return Diagnostic(
-                "error", "E415", said, machine.couplings[name].span, "a disc(r) at such a corner is exact"
-            )
+            hint = "a disc(r) at such a corner is exact; at a loose tolerance a smaller reltol"
+            return Diagnostic("error", "E415", said, machine.couplings[name].span, hint)
     cards = (c for c in machine.couplings.values() if isinstance(c, Transducer) and c.form != "k")
     return next((found for card in cards if (found := _of(assembly, card, waves, names))), None)
 

@@ -356,12 +356,12 @@ class Machine(Mechanism):
                 self.sink.warning("W234", f"{warn} already at the start", self.span_of(name), hint)
 
     def _check_gaps(self) -> None:
-        """Rigid parts that are in each other where the machine starts."""
+        """Rigid parts that are in each other where the machine starts; a flag says so of polygons later on (gaps.py)."""
         x = [*self.found.x, *([0.0] * (2 * len(self.rows) + 2 * len(self.laws) + len(self.norms)))]
-        gaps: list[tuple[Card, Scalar, str]] = []
+        solid: list[tuple[Card, Scalar]] = []
         for card in self.couplings.values():
-            gaps += [(card, gap, "m") for gap in getattr(card, "separations", lambda _: [])(self)]
-        gaps += [
+            solid += [(card, apart) for apart in getattr(card, "separations", lambda _: [])(self)]
+        gaps = [(card, apart, "m") for card, apart in solid] + [
             (card, law.gap, "rad" if law.unit == "N m" else "m")
             for card, law in self.laws
             if law.gap is not None
@@ -377,6 +377,8 @@ class Machine(Mechanism):
                     card.span,
                     f"start {-gap:.6g} {unit} further off (ic= of its joint), or give it a stiffness k=",
                 )
+        for card, apart in () if self.in_space else solid:
+            self.b.flag(self.public(-OPENS * size - apart), None, f"{card.name} overlaps", -1)
 
     def check_poles(self) -> None:
         """Divisions by something that is zero where the machine starts, once all expressions are known."""
@@ -422,10 +424,6 @@ class Machine(Mechanism):
             name = f"{row.owner} opens {row.place + 1}"
             self.b.flag(h * h - self._opens(row), None, name, -1)
             self.openings[name] = row
-        for card in () if self.in_space else self.couplings.values():
-            for apart in getattr(card, "separations", lambda _: [])(self):
-                deep = self.public(-OPENS * closing.size(self, self.found.x) - apart)
-                self.b.flag(deep, None, f"{card.name} overlaps", -1)
 
     def _opens(self, row: Row) -> Expr:
         """The square of what shows that a row was not redundant; of speeds beside the terms that cancel in it."""

@@ -58,7 +58,7 @@ def draw(s: Session, path: str, text: str) -> None:
         raise CommandError("E164", "there is nothing to draw: what is named holds no numbers")
     found = [c for c in found if c[0] is not (c[0].plot.scale if c[0].plot else None)] or found
     if not path:
-        return s.note("plot draws nothing by itself", "--pictures or .options pictures=1 draw, hardcopy")
+        return s.note("plot draws nothing by itself", "--pictures or .options pictures=1 draws, and hardcopy")
     try:
         from matplotlib.figure import Figure
     except ImportError:
@@ -108,7 +108,7 @@ def _axes(
 
 
 def plot(s: Session, text: str, at: Statement) -> None:
-    number = s.pictures + 1
+    number = s.pictures + s.draws
     if number > MOST_PICTURES:
         raise CommandError("E165", f"{MOST_PICTURES} pictures are the most")
     draw(s, target(s, f"{s.stem}-{number}.png") if s.draws else "", text)

@@ -37,6 +37,11 @@ def test_an_option_of_the_deck_asks_for_it_too(scratch: Path) -> None:
     assert written(scratch, "plot v(b)", options=".options pictures=1") == (0, ["p-1.png"])
 
 
+def test_what_is_not_drawn_does_not_count(scratch: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert written(scratch, "repeat 201\nplot v(b)\nend\necho done") == (0, [])
+    assert "done" in capsys.readouterr().out
+
+
 def test_hardcopy_draws_always(scratch: Path) -> None:
     assert written(scratch, "hardcopy h.svg v(b)") == (0, ["h.svg"])
 

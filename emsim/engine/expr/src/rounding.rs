@@ -4,5 +4,5 @@
 pub const SUMMED: f64 = 64.0 * f64::EPSILON;
 /// Of what something is made of: rounding of an elimination, of a long run's time, of what was computed in stages.
 pub const ROUNDED: f64 = 1e-12;
-/// Of what is looked at: results of iterations that end at no more than 1e-9 of a tolerance of 1, instants that are one.
+/// Of what is looked at, far above rounding, far below a tolerance: instants that are one, efforts at bounds, rows that depend.
 pub const SAME: f64 = 1e-9;
