@@ -4,7 +4,7 @@ when they change over: engine/dae/src/modes/bonds.rs."""
 from __future__ import annotations
 
 from ..cards.along import size
-from .start import RANK
+from .start import MOVED, RANK
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -52,6 +52,18 @@ def _check_free(m: Mechanism, card: Card, laws: Sequence[Bond]) -> None:
         said = f"LATCH {card.name} holds {len(own)} motions, of which {max(free, 0)} can be: joints hold the others"
         hint = "hold=point or hold=distance holds less; LATCH name joint one coordinate"
         m.sink.error("E240", said, card.span, hint)
+        m.broken = True
+    # an impact would change what is given, and take its energy without a word
+    *starts, release = m.at_start([*flows, laws[0].release])
+    fastest = max(starts, key=abs)
+    if laws[0].held and release < 0.5 and abs(fastest) > MOVED * max(1.0, *map(abs, m.found.x)):
+        said = f"LATCH {card.name} holds from the start what moves there, by {abs(fastest):.4g} m/s or rad/s"
+        m.sink.error(
+            "E244",
+            said,
+            card.span,
+            "give its parts one speed (ic=), or catch= in place of held=yes: an impact",
+        )
         m.broken = True
 
 

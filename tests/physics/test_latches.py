@@ -313,3 +313,20 @@ def test_modes_and_rest_of_what_is_held():
     np.testing.assert_allclose(2.0 * math.pi * np.asarray(modes["frequency"]), [0.0, 1.0], atol=1e-9)
     rest = run(CARTS.replace("(0,2)", "0.3").replace("(1,0.5)", "1") + held + ".op static")
     np.testing.assert_allclose([rest["pos(ja)"][0], rest["pos(jb)"][0]], [0.0, 0.7], atol=1e-6)
+
+
+@pytest.mark.parametrize(("release", "codes"), [("", {"E244"}), (" release={1}", set())])
+def test_one_that_holds_from_the_start_changes_no_speed_that_is_given(release, codes):
+    text = (
+        "two carts\nBODY a m=1\nBODY b m=3\nJOINT ja 0 a slide axis=(1,0) ic=(0,2)\nJOINT jb 0 b slide axis=(1,0) ic=(1,0)\n"
+        f"LATCH l a b hold=distance held=yes{release}\n.tran 10m 1\n"
+    )
+    try:
+        found = emsim.run(text)
+        assert found["vel(ja)"][-1] == pytest.approx(2.0) and found["vel(jb)"][-1] == pytest.approx(
+            0.0, abs=1e-12
+        )
+        said = found.diagnostics
+    except emsim.DeckError as error:
+        said = error.diagnostics
+    assert {d.code for d in said if d.severity == "error"} == codes
