@@ -690,7 +690,7 @@ MACHINES = {
     },
     "FREEWHEEL": {"dir": (ROTOR + "FREEWHEEL f h @\n", "dir=1", "dir=-1")},
     "LATCH": {
-        "held": (ROTOR + "TORQUE t h tau=1\nLATCH l h catch={time>0.5} @\n", "held=no", "held=yes"),
+        "held": (ROTOR.replace("2)", "0)") + "TORQUE t h tau=1\nLATCH l h catch={time>0.5} @\n", "held=no", "held=yes"),
         "hold": (FREE.replace("@", "x=1 y=1 vx=1 omega=1") + "LATCH l b 0 catch={time>0.05} @\n", "hold=point", "hold=distance"),
     },
     "FRICTION": {
