@@ -65,11 +65,19 @@ def by_emsim(scene: str, n: int, text: str, read: Callable[[Any], np.ndarray]) -
 # chains --------------------------------------------------------------------------------------------
 
 
-def chain(n: int) -> None:
+def rods(n: int) -> tuple[float, float, list[float], list[float]]:
+    """Length [m] and mass [kg] of each, friction [N m] and first angle [rad] of every joint."""
+    return (
+        3.0 / n,
+        5.0 / n,
+        [2.5 * (1 - k / n) for k in range(n)],
+        [1.2, *(-0.6 / (n - 1) for _ in range(n - 1))],
+    )
+
+
+def chain_deck(n: int) -> str:
     """Rods of 3 m and 5 kg in all; friction falls from 2.5 N m at the wall to nothing at the end."""
-    length, m = 3.0 / n, 5.0 / n
-    friction = [2.5 * (1 - k / n) for k in range(n)]
-    start = [1.2, *(-0.6 / (n - 1) for _ in range(n - 1))]
+    length, m, friction, start = rods(n)
     cards = []
     for k in range(n):
         at = "0" if k == 0 else f"l{k}({length!r},0)"
@@ -79,7 +87,12 @@ def chain(n: int) -> None:
             f"JOINT h{k + 1} {at} l{k + 1} pin{zero} ic={start[k]!r}",
             f"FRICTION f{k + 1} h{k + 1} fc={friction[k]!r}",
         ]
-    text = "\n".join(["chain", ".gravity 9.81", *cards, ".tran 10m 2", f".print tran angle(l1) angle(l{n})"])
+    return "\n".join(["chain", ".gravity 9.81", *cards, ".tran 10m 2", f".print tran angle(l1) angle(l{n})"])
+
+
+def chain(n: int) -> None:
+    length, m, friction, start = rods(n)
+    text = chain_deck(n)
     turn = radians(-90)  # angles of bodies from the x axis
     exact = by_emsim(
         "chain", n, text, lambda r: np.array([r.at(f"angle({b})", GRID) - turn for b in ("l1", f"l{n}")])
@@ -173,13 +186,13 @@ def overlap(x: np.ndarray, y: np.ndarray) -> float:
     return -1e3 * min(float(gap.min()) for gap in gaps)
 
 
-def pile(n: int) -> None:
+def pile_deck(n: int) -> str:
     """Discs of 0.05 m and 1 kg fall between two walls; e = 0.3, mu = 0.3."""
     cards = ["SHAPE floor 0 box(1,0.2) at=(0.19,-0.1)"]
     cards += [f"SHAPE w{k} 0 box(0.2,4) at=({x},1.9)" for k, x in enumerate((-0.1, 0.48))]
     cards += [f"BODY b{k} m=1 shape=disc(0.05) x={x:.4f} y={y:.4f}" for k, (x, y) in enumerate(places(n))]
     names = " ".join(f"x(b{k}) y(b{k})" for k in range(n))
-    text = "\n".join(
+    return "\n".join(
         [
             "pile",
             ".gravity 9.81",
@@ -189,8 +202,11 @@ def pile(n: int) -> None:
             f".print tran {names}",
         ]
     )
+
+
+def pile(n: int) -> None:
     for reltol in (1e-3, 1e-5):
-        r = emsim.run(text, reltol=reltol)
+        r = emsim.run(pile_deck(n), reltol=reltol)
         x, y = (np.array([np.asarray(r[f"{word}(b{k})"]) for k in range(n)]) for word in "xy")
         said = f"overlap {overlap(x, y):.1e} mm, height {1e3 * y[:, -1].mean():.1f} mm, {r.stats['events']} events"
         row("pile", n, "emsim", f"reltol {reltol:g}", r.stats["solve_time"], said)

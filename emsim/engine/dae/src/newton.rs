@@ -21,7 +21,7 @@ use crate::interrupt;
 use crate::model::Kind;
 use crate::multiversion::{by_lanes, whole, Lanes};
 use crate::sparse::{Lu, Once, Program, Recurring, Singular};
-use crate::system::{Stage, System, Work};
+use crate::system::{Stage, System, Work, LARGEST};
 use crate::tape::{Value, Written};
 pub use crate::tolerances::{Options, Tolerances};
 pub use noise::Noise;
@@ -108,9 +108,6 @@ const COUNTS: f64 = 1e-3;
 /// The same after an update of more than this part of a tolerance that is loose: millivolts of a hundred.
 const FAR: f64 = 0.02;
 const LOOSE: f64 = 2e-5;
-
-/// Unknowns of a system above which what follows a solution is not written as a program.
-const LARGEST: usize = 200;
 
 /// A program of a stage, and how often what it computes was asked for.
 #[derive(Default)]

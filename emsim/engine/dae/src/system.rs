@@ -32,6 +32,7 @@ mod exchanged;
 pub mod follow;
 mod laws;
 mod linear;
+mod loose;
 mod lowered;
 mod nonlinear;
 mod paces;
@@ -56,6 +57,9 @@ use self::time_only::TimeOnly;
 use self::work::Programs;
 pub use self::work::{Doubts, Hanging, Held, Unstable, Work};
 use crate::devices::{Met, Near};
+
+/// Unknowns of a system above which what follows a solution is not written as a program.
+pub const LARGEST: usize = 200;
 
 /// A node whose row is part of its group's root's, and the place of its column there.
 pub struct Summed {
@@ -222,7 +226,7 @@ impl System {
 
     /// How the matrices of steps are permuted, which the pattern alone decides.
     pub fn symbolic(&self) -> Result<&Symbolic, Singular> {
-        self.made.symbolic.get_or_init(|| Symbolic::analyse(&self.pattern)).as_ref().map_err(|&e| e)
+        self.made.symbolic.get_or_init(|| Symbolic::loosely(&self.pattern, &self.loose_rows())).as_ref().map_err(|&e| e)
     }
 
     pub fn operations(&self) -> (usize, usize) {

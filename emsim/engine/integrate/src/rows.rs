@@ -198,10 +198,14 @@ impl Forces {
         let ports = w.ports.clone();
         // slopes at a corner are those before it
         let h = if w.ends_before(t + 4.0 * h) { -h } else { h };
-        let mut solve = |w: &mut Work, h: f64, r: &[f64], mut y: Vec<f64>, t: f64, passes: usize| {
-            self.newton.forget();
-            for _ in 0..passes {
+        let mut solve = |w: &mut Work, (h, near): (f64, bool), r: &[f64], mut y: Vec<f64>, t: f64, passes: usize| {
+            // the second, linear pass takes Newton's noise out of what is divided by h; with `near` the factors are there
+            if !near {
+                self.newton.forget();
                 self.newton.solve(sys, w, 1.0 / h, r, &mut y, t, tol, 20).ok()?;
+            }
+            for _ in usize::from(!near)..passes {
+                self.newton.again(sys, w, (1.0 / h, r), &mut y, t, tol).ok()?;
             }
             Some(y)
         };
@@ -211,20 +215,19 @@ impl Forces {
                 // a polynomial's voltages may be far up an exponential, whose current would be held
                 sys.eval(w, &x, t);
                 let r: Vec<f64> = w.q.iter().map(|q| -q / h).collect();
-                let near = solve(w, h, &r, x.clone(), t, 1)?;
+                let near = solve(w, (h, false), &r, x.clone(), t, 1)?;
                 (0..sys.n).filter(|&i| !sys.differential[i]).for_each(|i| x[i] = near[i]);
             }
             sys.eval(w, &x, t);
             let held: Vec<f64> = (0..sys.n).map(|i| if sys.has_q[i] { -(w.q[i] / h + w.f[i]) } else { 0.0 }).collect();
-            // twice: the second, linear pass takes Newton's noise out of what is divided by h
-            let start = solve(w, h, &held, x, t, 2)?;
+            let start = solve(w, (h, false), &held, x, t, 2)?;
             sys.eval(w, &start, t);
             let q: Vec<f64> = w.q.clone();
             let r = |h: f64| -> Vec<f64> { q.iter().map(|q| -q / h).collect() };
-            let one = solve(w, h, &r(h), start.clone(), t + h, 2)?;
+            let one = solve(w, (h, true), &r(h), start.clone(), t + h, 2)?;
             let along = |m: f64| -> Vec<f64> { start.iter().zip(&one).map(|(a, b)| a + m * (b - a)).collect() };
-            let two = solve(w, 2.0 * h, &r(2.0 * h), along(2.0), t + 2.0 * h, 1)?;
-            let four = solve(w, 4.0 * h, &r(4.0 * h), along(4.0), t + 4.0 * h, 1)?;
+            let two = solve(w, (2.0 * h, false), &r(2.0 * h), along(2.0), t + 2.0 * h, 1)?;
+            let four = solve(w, (4.0 * h, false), &r(4.0 * h), along(4.0), t + 4.0 * h, 1)?;
             if sys.exponentials() > 0 || self.of_machine {
                 return Some((one, two, four));
             }
@@ -232,7 +235,7 @@ impl Forces {
             let mut again = |m: f64, x: Vec<f64>| {
                 sys.eval(w, &x, t + m * h);
                 let r: Vec<f64> = w.q.iter().map(|q| -q / (m * h)).collect();
-                solve(w, m * h, &r, x, t + 2.0 * m * h, 2)
+                solve(w, (m * h, false), &r, x, t + 2.0 * m * h, 2)
             };
             Some((again(1.0, one)?, again(2.0, two)?, again(4.0, four)?))
         };

@@ -19,6 +19,7 @@
 
 mod arrangement;
 mod kept;
+mod loose;
 mod programmed;
 mod stamped;
 
@@ -64,7 +65,8 @@ pub struct Counters {
 }
 
 pub struct Lu<T: Scalar> {
-    symbolic: Symbolic,
+    whole: Symbolic,            // of the pattern with all its rows
+    symbolic: Symbolic,         // without those that are of the identity at present
     arranged: Arc<Arrangement>, // empty before the first factor
     // limits for refactor, of every entry of `lu`: multipliers, inverses of pivots; of the rest the largest number
     limits: Vec<f64>,
@@ -91,6 +93,7 @@ pub struct Lu<T: Scalar> {
 impl<T: Scalar> Lu<T> {
     pub fn new(symbolic: &Symbolic) -> Lu<T> {
         Lu {
+            whole: symbolic.clone(),
             symbolic: symbolic.clone(),
             arranged: Arc::default(),
             limits: Vec::new(),
@@ -99,7 +102,7 @@ impl<T: Scalar> Lu<T> {
             kept: VecDeque::new(),
             work: vec![T::ZERO; symbolic.n()],
             stamped: Stamped {
-                values: vec![T::ZERO; symbolic.matrix.nnz()],
+                values: vec![T::ZERO; symbolic.slots],
                 base: Vec::new(),
                 finite: true,
                 stamps: Vec::new(),
@@ -171,9 +174,10 @@ impl<T: Scalar> Lu<T> {
     pub fn factor(&mut self, values: &[T]) -> Result<(), Singular> {
         self.ready = false;
         self.counters.factors += 1;
-        if values.len() != self.symbolic.matrix.nnz() {
+        if values.len() != self.symbolic.slots {
             return Err(Singular { row: None, col: None, structural: true, finite: true });
         }
+        self.follow(values);
         let pivots = eliminate(&self.symbolic, values)?;
         if pivots.row != self.arranged.pivot_rows {
             self.arrange(&pivots);
@@ -202,6 +206,7 @@ impl<T: Scalar> Lu<T> {
 
     /// Factors new values with the pivots of the last `factor`. After an error the old factors are gone.
     pub fn refactor(&mut self, values: &[T]) -> Result<(), RefactorError> {
+        self.follow(values);
         if self.arranged.columns.len() != self.n() || values.len() != self.arranged.place.len() {
             self.ready = false;
             return Err(RefactorError::NotFactored);

@@ -10,6 +10,9 @@
 //!
 //! Everything is iterative: a ladder of 100 000 nodes would overflow the stack of a recursive search.
 
+mod loose;
+
+use self::loose::Loose;
 use super::program::Shelf;
 use super::{Pattern, Singular, NONE};
 use std::ops::{Deref, Range};
@@ -27,7 +30,10 @@ pub struct Analysis {
     pub(super) blocks: Vec<u32>,
     pub(super) matrix: Columns,
     pub(super) shelf: Shelf,
+    pub(super) slots: usize, // values that the caller gives
     fill: (usize, usize),
+    loose: Option<Loose>,
+    open: Vec<bool>, // which of the loose rows are left out here
 }
 
 /// The permuted matrix by columns: entry p of position k has its value at `source[p]` of the caller's list and stands in the
@@ -90,6 +96,10 @@ impl Deref for Symbolic {
 impl Symbolic {
     /// Analyses a pattern. Errors name an unmatched row and column.
     pub fn analyse(pattern: &Pattern) -> Result<Symbolic, Singular> {
+        Ok(Symbolic(Arc::new(Symbolic::analysed(pattern)?)))
+    }
+
+    fn analysed(pattern: &Pattern) -> Result<Analysis, Singular> {
         let n = pattern.n;
         let row_of = maximum_matching(pattern)?;
         let mut col_of = vec![NONE; n];
@@ -105,7 +115,8 @@ impl Symbolic {
         }
         let rows: Vec<u32> = cols.iter().map(|&col| row_of[col as usize]).collect();
         let matrix = Columns::new(pattern, &rows, &cols);
-        Ok(Symbolic(Arc::new(Analysis { rows, cols, blocks, matrix, shelf: Shelf::default(), fill })))
+        let (slots, shelf) = (pattern.nnz(), Shelf::default());
+        Ok(Analysis { rows, cols, blocks, matrix, shelf, slots, fill, loose: None, open: Vec::new() })
     }
 
     pub fn n(&self) -> usize {

@@ -71,7 +71,7 @@ pub enum Known {
     Not,
 }
 
-const KEPT: usize = 64; // layouts and programs that a process keeps; the oldest goes
+pub(super) const KEPT: usize = 64; // layouts and programs that a process keeps; the oldest goes
 /// Layouts of more operations are not kept: what it takes to find their pivots is many times what they take.
 const LARGE: usize = 20_000;
 const OFTEN: u32 = 4;

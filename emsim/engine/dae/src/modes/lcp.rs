@@ -2,14 +2,16 @@
 //! Friction where parts touch has bounds that go with another effort, lo + l f(n) and hi + h f(n). Where it has several directions: cone.rs.
 //!
 //! A = W^T M^-1 W is symmetric and positive semidefinite up to what circuits add; a little on the diagonal makes it definite, and its
-//! solution is then the least of those there are (effort shared equally where that decides nothing). Principal pivoting by the
-//! least index (Murty 1974), which ends for such matrices; where rounding or much friction keeps it from that, Lemke's method (its pivots
-//! chosen lexicographically, so that it ends), which always answers for friction where parts touch; then projected Gauss-Seidel.
+//! solution is then the least of those there are (effort shared equally where that decides nothing). What moves no flow of the others is
+//! solved alone (islands.rs). Principal pivoting by blocks, by the least index (Murty 1974) where these do not get on, which ends for
+//! such matrices; where rounding or much friction keeps it from that, Lemke's method (its pivots chosen lexicographically, so that it
+//! ends), which always answers for friction where parts touch.
+
+use crate::reduced::dense::{dot, factor_general, solve_general};
 
 /// Part of the largest diagonal entry.
 const REGULAR: f64 = 1e-10;
 const REFINED: usize = 3;
-const SWEEPS: usize = 20_000;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum At {
@@ -23,6 +25,12 @@ pub struct Solution {
     pub w: Vec<f64>,
     /// which of f are at a bound
     pub bound: Vec<bool>,
+}
+
+impl Solution {
+    fn of(f: Vec<f64>, w: Vec<f64>, at: &[At]) -> Solution {
+        Solution { f, w, bound: at.iter().map(|&at| at != At::Inside).collect() }
+    }
 }
 
 /// Bounds of efforts.
@@ -61,20 +69,21 @@ impl Bounds {
 }
 
 mod cone;
+mod islands;
 mod lemke;
 
-/// A by rows. None where there is no solution within rounding.
-pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
-    if bounds.pair.iter().any(Option::is_some) {
-        return cone::solve(a, b, bounds);
-    }
+pub use islands::solve;
+
+/// All that are wrong go over at once, as long as they become fewer; then one by one until they do (Judice and Pires 1994).
+fn pivoted(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
     let n = b.len();
     let largest = (0..n).map(|i| a[i * n + i].abs()).fold(0.0, f64::max);
     let little = REGULAR * largest.max(f64::MIN_POSITIVE);
     // what can open is open at first: where friction leaves two answers, that is the one
     let opens = |i: usize| bounds.lo[i].is_finite() && bounds.hi[i].is_infinite();
     let mut at: Vec<At> = (0..n).map(|i| if bounds.fixed(i) || opens(i) { At::Low } else { At::Inside }).collect();
-    for _ in 0..100 + 40 * n {
+    let (mut fewest, mut more) = (usize::MAX, 0);
+    for _ in 0..20 + 4 * n {
         let Some(f) = inside(a, b, bounds, &at, little) else { break };
         let w = flows(a, b, &f);
         let size = |i: usize| b[i].abs() + (0..n).map(|j| (a[i * n + j] * f[j]).abs()).sum::<f64>();
@@ -82,29 +91,27 @@ pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
             _ if bounds.fixed(i) => None,
             At::Inside if f[i] < bounds.low(i, &f) => Some(At::Low),
             At::Inside if f[i] > bounds.high(i, &f) => Some(At::High),
-            At::Low if w[i] < -1e-12 * size(i) => Some(At::Inside),
-            At::High if w[i] > 1e-12 * size(i) => Some(At::Inside),
+            At::Low if w[i] < 0.0 && w[i] < -1e-12 * size(i) => Some(At::Inside),
+            At::High if w[i] > 0.0 && w[i] > 1e-12 * size(i) => Some(At::Inside),
             _ => None,
         };
-        match (0..n).find_map(|i| Some((i, wrong(i)?))) {
-            Some((i, to)) => at[i] = to,
-            None => {
-                let bound = at.iter().map(|&at| at != At::Inside).collect();
-                return Some(Solution { f, w, bound });
-            }
+        let mut wrong: Vec<(usize, At)> = (0..n).filter_map(|i| Some((i, wrong(i)?))).collect();
+        if wrong.is_empty() {
+            return Some(Solution::of(f, w, &at));
         }
+        // so often they may be no fewer
+        more = if wrong.len() < fewest { 0 } else { more + 1 };
+        fewest = fewest.min(wrong.len());
+        wrong.truncate(if more < 3 { n } else { 1 });
+        wrong.into_iter().for_each(|(i, to)| at[i] = to);
     }
-    let found = lemke::solve(a, b, bounds).and_then(|at| {
-        let f = inside(a, b, bounds, &at, little)?;
-        let (w, bound) = (flows(a, b, &f), at.iter().map(|&at| at != At::Inside).collect());
-        Some(Solution { f, w, bound })
-    });
-    found.or_else(|| relaxed(a, b, bounds, little))
+    let at = lemke::solve(a, b, bounds)?;
+    let f = inside(a, b, bounds, &at, little)?;
+    Some(Solution::of(f.clone(), flows(a, b, &f), &at))
 }
 
 fn flows(a: &[f64], b: &[f64], f: &[f64]) -> Vec<f64> {
-    let n = b.len();
-    (0..n).map(|i| b[i] + (0..n).map(|j| a[i * n + j] * f[j]).sum::<f64>()).collect()
+    a.chunks_exact(f.len()).zip(b).map(|(row, b)| b + dot(row, f)).collect()
 }
 
 /// Efforts where those inside make their flows 0; with a little on the diagonal, and what that leaves of the flows taken off again.
@@ -130,76 +137,34 @@ fn inside(a: &[f64], b: &[f64], bounds: &Bounds, at: &[At], little: f64) -> Opti
         let share = if at[i] == At::Low { l } else { h };
         (0..n).for_each(|r| bound[r * n + of] += share * a[r * n + i]);
     }
-    let matrix: Vec<f64> =
-        own.iter().flat_map(|&i| own.iter().map(move |&j| (i, j))).map(|(i, j)| bound[i * n + j]).collect();
-    let mut f = vec![0.0; n];
+    let mut matrix = Vec::with_capacity(own.len() * own.len());
+    own.iter().for_each(|&i| matrix.extend(own.iter().map(|&j| bound[i * n + j])));
+    let (factors, order) = factored(matrix, own.len())?;
+    let (mut f, mut scratch) = (vec![0.0; n], vec![0.0; own.len()]);
     for _ in 0..REFINED {
         put(&mut f);
         let w = flows(a, b, &f);
-        let right: Vec<f64> = own.iter().map(|&i| -w[i]).collect();
-        for (&i, change) in own.iter().zip(dense(matrix.clone(), right)?) {
-            f[i] += change;
-        }
+        let mut change: Vec<f64> = own.iter().map(|&i| -w[i]).collect();
+        solve_general(&factors, own.len(), &order, &mut change, &mut scratch);
+        own.iter().zip(change).for_each(|(&i, change)| f[i] += change);
     }
     put(&mut f);
-    Some(f)
+    f.iter().all(|f| f.is_finite()).then_some(f)
 }
 
-/// The solution of a small system, pivoting by rows.
-pub fn dense(mut m: Vec<f64>, mut r: Vec<f64>) -> Option<Vec<f64>> {
+/// Factors of a small system, and the order of its rows.
+fn factored(mut m: Vec<f64>, n: usize) -> Option<(Vec<f64>, Vec<usize>)> {
+    let (mut order, mut scale) = (vec![0; n], vec![0.0; n]);
+    factor_general(&mut m, n, &mut order, &mut scale).ok()?;
+    Some((m, order))
+}
+
+/// The solution of a small system.
+pub fn dense(m: Vec<f64>, mut r: Vec<f64>) -> Option<Vec<f64>> {
     let n = r.len();
-    for k in 0..n {
-        let best = (k..n).max_by(|&i, &j| m[i * n + k].abs().total_cmp(&m[j * n + k].abs()))?;
-        if m[best * n + k] == 0.0 || !m[best * n + k].is_finite() {
-            return None;
-        }
-        if best != k {
-            (0..n).for_each(|j| m.swap(k * n + j, best * n + j));
-            r.swap(k, best);
-        }
-        for i in k + 1..n {
-            let by = m[i * n + k] / m[k * n + k];
-            (k..n).for_each(|j| m[i * n + j] -= by * m[k * n + j]);
-            r[i] -= by * r[k];
-        }
-    }
-    for k in (0..n).rev() {
-        let rest: f64 = (k + 1..n).map(|j| m[k * n + j] * r[j]).sum();
-        r[k] = (r[k] - rest) / m[k * n + k];
-    }
-    Some(r)
-}
-
-fn relaxed(a: &[f64], b: &[f64], bounds: &Bounds, little: f64) -> Option<Solution> {
-    let n = b.len();
-    let mut f = vec![0.0; n];
-    let clamp = |f: &[f64], i: usize, v: f64| v.max(bounds.low(i, f)).min(bounds.high(i, f));
-    (0..n).for_each(|i| f[i] = clamp(&f, i, 0.0));
-    for _ in 0..SWEEPS {
-        let mut moved = 0.0_f64;
-        for i in 0..n {
-            let w = b[i] + (0..n).map(|j| a[i * n + j] * f[j]).sum::<f64>();
-            let new = clamp(&f, i, f[i] - w / (a[i * n + i] + little));
-            moved = moved.max((new - f[i]).abs() / (1e-300 + new.abs()));
-            f[i] = new;
-        }
-        if moved < 1e-13 {
-            let w = flows(a, b, &f);
-            // where a diagonal is below 0 it stands still at what is no solution
-            let (low, high) = (|i: usize| f[i] <= bounds.low(i, &f), |i: usize| f[i] >= bounds.high(i, &f));
-            let solves = |i: usize| {
-                let size = b[i].abs() + (0..n).map(|j| (a[i * n + j] * f[j]).abs()).sum::<f64>();
-                // flows of less of what they are made of are 0
-                (w[i] >= -1e-6 * size || high(i)) && (w[i] <= 1e-6 * size || low(i)) && f[i].is_finite()
-            };
-            if !(0..n).all(solves) {
-                return None;
-            }
-            let bound = (0..n).map(|i| low(i) || high(i)).collect();
-            return Some(Solution { f, w, bound });
-        }
-    }
-    None
+    let (m, order) = factored(m, n)?;
+    solve_general(&m, n, &order, &mut r, &mut vec![0.0; n]);
+    r.iter().all(|r| r.is_finite()).then_some(r)
 }
 
 /// Of efforts f >= 0 of `which` those that the others can do without: their flows are as before, and none is below 0.
@@ -255,22 +220,28 @@ pub fn independent(a: &[f64], n: usize, which: &[usize], first: &dyn Fn(usize) -
 mod tests {
     use super::*;
 
+    fn numbers(mut seed: f64) -> impl FnMut() -> f64 {
+        move || {
+            seed = (seed * 997.0 + 0.123_456_7).fract();
+            2.0 * seed - 1.0
+        }
+    }
+
+    /// A of this rank and the flows that a motion gives.
+    fn problem(n: usize, rank: usize, random: &mut dyn FnMut() -> f64) -> (Vec<f64>, Vec<f64>) {
+        let w: Vec<f64> = (0..(n + 1) * rank).map(|_| random()).collect();
+        let product = |i: usize, j: usize| dot(&w[i * rank..(i + 1) * rank], &w[j * rank..(j + 1) * rank]);
+        let a = (0..n * n).map(|k| product(k / n, k % n)).collect();
+        (a, (0..n).map(|i| product(i, n)).collect())
+    }
+
     /// Random problems of all ranks: the solution is one.
     #[test]
     fn solutions_are_complementary() {
-        let mut seed = 0.417_f64;
-        let mut random = || {
-            seed = (seed * 997.0 + 0.123_456_7).fract();
-            2.0 * seed - 1.0
-        };
+        let mut random = numbers(0.417);
         for round in 0..400 {
             let (n, rank) = (1 + round % 7, 1 + round % 4);
-            let w: Vec<f64> = (0..n * rank).map(|_| random()).collect();
-            let a: Vec<f64> =
-                (0..n * n).map(|k| (0..rank).map(|r| w[(k / n) * rank + r] * w[(k % n) * rank + r]).sum()).collect();
-            // what a motion gives
-            let motion: Vec<f64> = (0..rank).map(|_| random()).collect();
-            let b: Vec<f64> = (0..n).map(|i| (0..rank).map(|r| w[i * rank + r] * motion[r]).sum()).collect();
+            let (a, b) = problem(n, rank, &mut random);
             let corner = round % 3 == 0;
             let lo: Vec<f64> = (0..n).map(|i| if corner && i % 2 == 0 { 0.0 } else { -0.3 }).collect();
             let hi: Vec<f64> = (0..n).map(|i| if corner && i % 2 == 0 { f64::INFINITY } else { 0.3 }).collect();
@@ -310,19 +281,11 @@ mod tests {
     /// Random touches of a rigid part with friction: (normal, tangent) pairs, bounds that go with the normal effort.
     #[test]
     fn friction_of_touches_is_complementary() {
-        let mut seed = 0.731_f64;
-        let mut random = || {
-            seed = (seed * 997.0 + 0.123_456_7).fract();
-            2.0 * seed - 1.0
-        };
+        let mut random = numbers(0.731);
         for round in 0..400 {
             let (touches, rank) = (1 + round % 3, 3 + round % 2);
             let (n, mu) = (2 * touches, 0.05 + 0.3 * (round % 3) as f64);
-            let w: Vec<f64> = (0..n * rank).map(|_| random()).collect();
-            let a: Vec<f64> =
-                (0..n * n).map(|k| (0..rank).map(|r| w[(k / n) * rank + r] * w[(k % n) * rank + r]).sum()).collect();
-            let motion: Vec<f64> = (0..rank).map(|_| random()).collect();
-            let b: Vec<f64> = (0..n).map(|i| (0..rank).map(|r| w[i * rank + r] * motion[r]).sum()).collect();
+            let (a, b) = problem(n, rank, &mut random);
             let mut bounds = Bounds::new(vec![0.0; n], vec![0.0; n]);
             for i in 0..touches {
                 bounds.hi[2 * i] = f64::INFINITY;

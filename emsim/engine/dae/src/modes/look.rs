@@ -45,8 +45,9 @@ impl Modes {
         let mut y = from.map_or(p.x.to_vec(), |(look, f)| look.at(f));
         self.newton.forget();
         // rounding of charges over a short step keeps an iteration from more, and another one, linear, follows
-        let tol = &e.tol.at_least(1e-9);
-        let solved = (0..2).all(|_| self.newton.solve(sys, w, 1.0 / h, &r, &mut y, end, tol, 100).is_ok());
+        let (tol, a) = (&e.tol.at_least(1e-9), 1.0 / h);
+        let solved = self.newton.solve(sys, w, a, &r, &mut y, end, tol, 100).is_ok()
+            && self.newton.again(sys, w, (a, &r), &mut y, end, tol).is_ok();
         w.ports = ports;
         if !solved {
             return None;

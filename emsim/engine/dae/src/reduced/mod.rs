@@ -11,7 +11,7 @@
 //! Blocks that only somebody who looks at a point wants (currents of sources, reactions, d/dt of something) come after the
 //! rates and are run by `unknowns` alone.
 mod blocks;
-mod dense;
+pub mod dense;
 mod eliminate;
 mod fastest;
 mod order;

@@ -38,7 +38,8 @@ impl System {
                 }
             }
         }
-        let symbolic = Symbolic::analyse(&pattern).ok()?;
+        let loose: Vec<usize> = self.loose_rows().iter().flat_map(|r| (0..s).map(move |i| i * n + r)).collect();
+        let symbolic = Symbolic::loosely(&pattern, &loose).ok()?;
         Some(Together { pattern, symbolic, place })
     }
 }

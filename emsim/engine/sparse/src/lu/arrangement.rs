@@ -31,7 +31,7 @@ pub struct Arrangement {
     pub input_rows: Vec<u32>, // row of the original matrix of each pivot
     pub columns: Vec<Column>,
     pub rows: Vec<u32>,  // pivot number of the row of each entry of `lu`
-    pub place: Vec<u32>, // where in `lu` each value of the caller goes
+    pub place: Vec<u32>, // where in `lu` each value of the caller goes; behind `rows` what is left out
     pub groups: Vec<Group>,
     pub targets: Vec<u32>, // empty when the dense work vector is used
     pub dense: bool,
@@ -83,7 +83,7 @@ impl Arrangement {
 
         // places of the caller's values, and the groups with their targets
         let mut at = vec![0u32; n];
-        let mut place = vec![0; a.nnz()];
+        let mut place = vec![rows.len() as u32; symbolic.slots];
         let mut groups = Vec::with_capacity(pivots.upper.len());
         let mut targets = Vec::with_capacity(if dense { 0 } else { operations });
         for k in 0..n {
@@ -108,7 +108,7 @@ impl Arrangement {
             }
             columns[k].group_end = groups.len() as u32;
         }
-        let odd = odd(&input_rows);
+        let odd = odd(&input_rows) ^ odd(&symbolic.cols);
         let pivot_rows = pivots.row.clone();
         Arrangement { pivot_rows, input_rows, columns, rows, place, groups, targets, dense, operations, odd }
     }

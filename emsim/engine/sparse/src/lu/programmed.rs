@@ -81,7 +81,10 @@ impl<T: Scalar> Lu<T> {
         count: u64,
         write: impl FnOnce(&Layout) -> Option<Program>,
     ) -> bool {
-        if self.arranged.columns.is_empty() || self.arranged.operations * T::Term::PARTS * T::Term::PARTS > LARGEST {
+        if self.whole.is_loose()
+            || self.arranged.columns.is_empty()
+            || self.arranged.operations * T::Term::PARTS * T::Term::PARTS > LARGEST
+        {
             return false;
         }
         let key: Key = (purpose, T::Term::PARTS);

@@ -27,7 +27,7 @@ impl<T: Scalar> Lu<T> {
     pub fn set_stamps(&mut self, stamps: &[Stamp]) {
         self.stamped.stamps = stamps.to_vec();
         self.stamped.sources = stamps.iter().map(|s| s.source as usize + 1).max().unwrap_or(0);
-        assert!(stamps.iter().all(|s| (s.slot as usize) < self.symbolic.matrix.nnz()));
+        assert!(stamps.iter().all(|s| (s.slot as usize) < self.symbolic.slots));
         self.place_stamps();
     }
 
@@ -40,9 +40,12 @@ impl<T: Scalar> Lu<T> {
     /// Factors base + stamps, with the old pivots where they serve.
     pub fn factor_stamped(&mut self, sources: &[T]) -> Result<(), Singular> {
         assert!(sources.len() >= self.stamped.sources);
+        if self.whole.is_loose() {
+            self.follow(&self.sum(sources));
+        }
         if self.arranged.columns.len() == self.n()
             && self.n() > 0
-            && self.stamped.base.len() == self.arranged.rows.len()
+            && self.stamped.base.len() == self.arranged.rows.len() + 1
         {
             self.ready = false;
             self.lu[..self.stamped.base.len()].copy_from_slice(&self.stamped.base);
@@ -76,11 +79,11 @@ impl<T: Scalar> Lu<T> {
     pub(super) fn place_base(&mut self) {
         let s = &mut self.stamped;
         s.base.clear();
-        s.base.resize(self.arranged.rows.len(), T::ZERO);
         s.finite = true;
-        if s.base.is_empty() {
+        if self.arranged.rows.is_empty() {
             return;
         }
+        s.base.resize(self.arranged.rows.len() + 1, T::ZERO);
         for (&place, &value) in self.arranged.place.iter().zip(&s.values) {
             // SAFETY: `arrange` took `place` from 0..lu.len()
             unsafe { *s.base.get_unchecked_mut(place as usize) = value };
