@@ -147,6 +147,7 @@ impl<'a, S: Sink> Run<'a, S> {
         }
         self.w.logic.begin(&self.sys.logic);
         self.w.clocked.begin();
+        self.stop = self.sys.next_stop(self.w, t, self.until);
         self.begin_laws(feature);
         if self.a.tstart <= t {
             self.record.row(self.sys, self.w, t, &self.x);
