@@ -130,7 +130,8 @@ impl<'a, S: Sink> Run<'a, S> {
             // the equations are others from here on, what is stored is not
             self.settle_from(Some(charges), t, short.max(rounded.min(1e-3 * feature)), false);
         }
-        if !known() && (self.a.uic || !method.settle(self.sys, self.w, t, 0.0, &mut self.x)) {
+        let exact = known() || !self.a.uic && method.settle(self.sys, self.w, t, 0.0, &mut self.x);
+        if !exact {
             self.settle(t, short.max(rounded.min(1e-3 * feature)), true);
         }
         let rounds = self.sys.rounds();
@@ -148,7 +149,11 @@ impl<'a, S: Sink> Run<'a, S> {
         self.w.logic.begin(&self.sys.logic);
         self.w.clocked.begin();
         self.stop = self.sys.next_stop(self.w, t, self.until);
-        self.begin_laws(feature);
+        match self.modes.is_some() {
+            true => self.begin_laws(feature),
+            false if !exact => self.find_forces(feature),
+            false => {}
+        }
         if self.a.tstart <= t {
             self.record.row(self.sys, self.w, t, &self.x);
         }

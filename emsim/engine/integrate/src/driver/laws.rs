@@ -32,12 +32,11 @@ impl<S: Sink> Run<'_, S> {
 
     /// Before the first step: which laws stick, which slide.
     pub(super) fn begin_laws(&mut self, width: f64) {
-        if self.modes.is_some() {
-            self.decide(width, &[]);
-            self.t = 0.0;
-            self.settle(0.0, SAME * width, false);
-            self.find_forces(width);
-        }
+        let t = self.t;
+        self.decide(width, &[]);
+        self.t = t;
+        self.settle(t, SAME * width, true);
+        self.find_forces(width);
     }
 
     pub(super) fn decide(&mut self, width: f64, fired: &[usize]) -> bool {
