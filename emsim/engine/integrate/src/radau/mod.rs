@@ -136,9 +136,9 @@ impl Radau {
         self.matrices.at = self.start.t;
     }
 
-    /// What a step that begins anew has on one curve with its start, to the tolerance: a transient, and what algebraic unknowns were,
-    /// is not; the node of a source is, however far its curve bends within the step. Steps of one length keep to
-    /// no tolerance: there the start is to lie as near to the curve through the stages as the one through all but the first of them does.
+    /// What a step that begins anew has on one curve with its start: to the tolerance, or as near to the curve through the stages as the one
+    /// through all but the first of them is. (That a curve bends within the step takes it further away than the tolerance, which is no
+    /// reason to leave out what is known best.) A transient, and what algebraic unknowns were, is not; the node of a source is.
     fn find_smooth(&mut self, tol: &Tolerances) {
         let (back, fewer, s) = (dense::back(self.scheme), dense::back_without_first(self.scheme), self.scheme.s);
         let at_start = |weights: &[f64], stages: &[Vec<f64>], i: usize| {
@@ -146,13 +146,11 @@ impl Radau {
         };
         for i in 0..self.start.x.len() {
             let start = at_start(back, &self.points.x, i);
-            let off = (self.start.x[i] - start).abs();
-            let allowed = tol.weight(i, self.start.x[i], self.points.x[s - 1][i]);
-            self.estimate.smooth[i] = if self.fixed {
-                off <= allowed.max((start - at_start(fewer, &self.points.x[1..], i)).abs())
-            } else {
-                self.estimate.corrected[i] && (self.estimate.given[i] || off <= allowed)
-            };
+            let bends = (start - at_start(fewer, &self.points.x[1..], i)).abs();
+            let allowed = tol.weight(i, self.start.x[i], self.points.x[s - 1][i]).max(bends);
+            let near = (self.start.x[i] - start).abs() <= allowed;
+            self.estimate.smooth[i] =
+                if self.fixed { near } else { self.estimate.corrected[i] && (self.estimate.given[i] || near) };
         }
     }
 
