@@ -202,43 +202,30 @@ impl Forces {
         let mut y: Vec<f64> = (0..sys.n).map(row).collect();
         self.newton.forget();
         sys.stage_expand(w, x, t + h, 1.0 / h);
-        if !self.newton.factor(sys, w, 1.0 / h) {
-            return None;
-        }
+        self.newton.factor(sys, w, 1.0 / h).then_some(())?;
         self.newton.solve_held(w, &mut y);
         y.iter_mut().zip(x).for_each(|(y, x)| *y += x);
         Some(y)
     }
 
-    /// Those steps of h, 2h and 4h.
-    fn steps(
-        &mut self,
-        sys: &System,
-        w: &mut Work,
-        (t, x): (f64, &[f64]),
-        h: f64,
-        tol: &Tolerances,
-    ) -> Option<[Vec<f64>; 3]> {
+    /// What those steps of h, 2h and 4h are extrapolated to.
+    fn limit(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], h: f64, tol: &Tolerances) -> Option<Vec<f64>> {
         let mut x = x.to_vec();
-        if sys.exponentials() > 0 {
-            // a polynomial's voltages may be far up an exponential, whose current would be held
+        // a polynomial's voltages may be far up an exponential, whose current would be held
+        let nears = usize::from(sys.exponentials() > 0);
+        for pass in 0..nears + 2 {
+            let holds = pass >= nears;
             sys.eval(w, &x, t);
-            let r: Vec<f64> = w.q.iter().map(|q| -q / h).collect();
-            let mut near = x.clone();
+            let slope = |i: usize| if holds && sys.has_q[i] { w.f[i] } else { 0.0 };
+            let r: Vec<f64> = (0..sys.n).map(|i| -(w.q[i] / h + slope(i))).collect();
+            let mut y = x.clone();
             self.newton.forget();
-            self.newton.solve(sys, w, 1.0 / h, &r, &mut near, t, tol, 20).ok()?;
-            (0..sys.n).filter(|&i| !sys.differential[i]).for_each(|i| x[i] = near[i]);
-        }
-        sys.eval(w, &x, t);
-        let held: Vec<f64> = (0..sys.n).map(|i| if sys.has_q[i] { -(w.q[i] / h + w.f[i]) } else { 0.0 }).collect();
-        // twice: the second, linear pass takes Newton's noise out of what is divided by h
-        self.newton.forget();
-        for _ in 0..2 {
-            self.newton.solve(sys, w, 1.0 / h, &held, &mut x, t, tol, 20).ok()?;
+            self.newton.solve(sys, w, 1.0 / h, &r, &mut y, t, tol, 20).ok()?;
+            (0..sys.n).filter(|&i| holds || !sys.differential[i]).for_each(|i| x[i] = y[i]);
         }
         sys.eval(w, &x, t);
         let f0 = w.f.clone();
-        // (what lags need not enter linearly: by Newton's method)
+        // (what lags need not enter linearly)
         for _ in 0..2 {
             let y = self.step(sys, w, (t, &x), h, &f0)?;
             (0..sys.n).filter(|&i| self.lags[i] && !sys.differential[i]).for_each(|i| x[i] = y[i]);
@@ -253,21 +240,19 @@ impl Forces {
             let f1 = w.f.clone();
             self.step(sys, w, (t + h, &y), h, &f1)
         };
-        Some([over(h)?, over(2.0 * h)?, over(4.0 * h)?])
+        let [one, two, four] = [over(h)?, over(2.0 * h)?, over(4.0 * h)?];
+        Some((0..sys.n).map(|i| (8.0 * one[i] - 6.0 * two[i] + four[i]) / 3.0).collect())
     }
 
     /// What is of higher index at (t, x), from what stands under d/dt, over a length of `inside` or `behind`. x stays as it is where
     /// that fails.
     pub fn settle(&mut self, sys: &System, w: &mut Work, (t, x): (f64, &mut [f64]), h: f64, tol: &Tolerances) {
         let ports = w.ports.clone();
-        // (of which times are multiples)
         let h = (t + h) - t;
         // slopes at a corner are those before it
         let h = if w.ends_before(t + 4.0 * h) { -h } else { h };
-        if let Some([one, two, four]) = self.steps(sys, w, (t, x), h, tol) {
-            let at = |i: usize| (8.0 * one[i] - 6.0 * two[i] + four[i]) / 3.0;
+        if let Some(found) = self.limit(sys, w, t, x, h, tol) {
             // what follows from other states than the row shows belongs to another row
-            let found: Vec<f64> = (0..sys.n).map(at).collect();
             let mechanical = |i: usize| sys.unknowns[i].kind.mechanical() || sys.unknowns[i].kind.enters_linearly();
             for side in [false, true] {
                 if !tol.states_apart(&found, x, MOVED, |i| mechanical(i) == side) {

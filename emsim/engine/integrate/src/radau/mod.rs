@@ -137,19 +137,17 @@ impl Radau {
     }
 
     /// What a step that begins anew has on one curve with its start: to the tolerance, or as near to the curve through the stages as the one
-    /// through all but the first of them is. (That a curve bends within the step takes it further away than the tolerance, which is no
-    /// reason to leave out what is known best.) Parts of a machine bend together: which of them does so by next to nothing is chance. A
-    /// transient, and what algebraic unknowns were, is not; the node of a source is.
+    /// through all but the first is, for it may bend within the step. Parts of a machine bend together: which does so by next to nothing is
+    /// chance. A transient, and what algebraic unknowns were, is not; the node of a source is.
     fn find_smooth(&mut self, sys: &System, tol: &Tolerances) {
         let (back, fewer, s) = (dense::back(self.scheme), dense::back_without_first(self.scheme), self.scheme.s);
         let (x0, x) = (&self.start.x, &self.points.x);
         let at_start = |weights: &[f64], stages: &[Vec<f64>], i: usize| {
             weights.iter().zip(stages).map(|(l, x)| l * x[i]).sum::<f64>()
         };
-        // in tolerances
-        let parts = |i: usize| tol.weight(i, x0[i], x[s - 1][i]);
-        let off = |i: usize| (x0[i] - at_start(back, x, i)).abs() / parts(i);
-        let bends = |i: usize| (at_start(back, x, i) - at_start(fewer, &x[1..], i)).abs() / parts(i);
+        let parts = |i: usize, by: f64| by.abs() / tol.weight(i, x0[i], x[s - 1][i]);
+        let off = |i: usize| parts(i, x0[i] - at_start(back, x, i));
+        let bends = |i: usize| parts(i, at_start(back, x, i) - at_start(fewer, &x[1..], i));
         let moves = |i: &usize| sys.differential[*i] && sys.unknowns[*i].kind.mechanical();
         let machine = (0..sys.n).filter(moves).map(bends).fold(1.0, f64::max);
         for i in 0..sys.n {
