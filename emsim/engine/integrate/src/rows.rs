@@ -193,12 +193,10 @@ impl Forces {
     }
 
     /// A step of linearly implicit Euler from (t, x), of length h, in the unknowns' changes, so that nothing is divided by h but what a
-    /// source changes by. `f0`: what rows without d/dt come to there, which is rounding.
-    fn step(&mut self, sys: &System, w: &mut Work, (t, x): (f64, &[f64]), h: f64, f0: &[f64]) -> Option<Vec<f64>> {
-        sys.eval(w, x, t);
-        let q0 = w.q.clone();
+    /// source changes by. `at`: what is stored there, and what rows without d/dt come to, which is rounding.
+    fn step(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], h: f64, at: &[Vec<f64>; 2]) -> Option<Vec<f64>> {
         sys.eval(w, x, t + h);
-        let row = |i: usize| if sys.has_q[i] { -w.f[i] - (w.q[i] - q0[i]) / h } else { f0[i] - w.f[i] };
+        let row = |i: usize| if sys.has_q[i] { (at[0][i] - w.q[i]) / h - w.f[i] } else { at[1][i] - w.f[i] };
         let mut y: Vec<f64> = (0..sys.n).map(row).collect();
         self.newton.forget();
         sys.stage_expand(w, x, t + h, 1.0 / h);
@@ -224,21 +222,21 @@ impl Forces {
             (0..sys.n).filter(|&i| holds || !sys.differential[i]).for_each(|i| x[i] = y[i]);
         }
         sys.eval(w, &x, t);
-        let f0 = w.f.clone();
+        let start = [w.q.clone(), w.f.clone()];
         // (what lags need not enter linearly)
         for _ in 0..2 {
-            let y = self.step(sys, w, (t, &x), h, &f0)?;
+            let y = self.step(sys, w, t, &x, h, &start)?;
             (0..sys.n).filter(|&i| self.lags[i] && !sys.differential[i]).for_each(|i| x[i] = y[i]);
         }
         let mut over = |h: f64| {
-            let y = self.step(sys, w, (t, &x), h, &f0)?;
+            let y = self.step(sys, w, t, &x, h, &start)?;
             if sys.exponentials() > 0 || self.of_machine {
                 return Some(y);
             }
             // a second derivative needs the step before it, of the same length, as its start
             sys.eval(w, &y, t + h);
-            let f1 = w.f.clone();
-            self.step(sys, w, (t + h, &y), h, &f1)
+            let start = [w.q.clone(), w.f.clone()];
+            self.step(sys, w, t + h, &y, h, &start)
         };
         let [one, two, four] = [over(h)?, over(2.0 * h)?, over(4.0 * h)?];
         Some((0..sys.n).map(|i| (8.0 * one[i] - 6.0 * two[i] + four[i]) / 3.0).collect())
