@@ -7,6 +7,7 @@ import pytest
 
 import emsim
 from emsim import pipeline
+from emsim.reports import explained
 
 SPACE = {
     "ball": "shape=ball(0.05) omega=(1,2,-5)",
@@ -49,3 +50,12 @@ def test_like_pairs_have_the_numbers_of_each_alone(kind, cards):
 def test_a_pair_more_costs_its_call(kind):
     alone, two, three = (operations(pairs(kind, count, SPACE)) for count in (1, 2, 3))
     assert three - two < 0.5 * alone
+
+
+def test_equations_are_shown_as_those_of_each_alone():
+    """Not as calls: friction's heat by what each lambda does with the speeds along its edge."""
+    said = "\n".join(explained.page(pipeline.explain(pairs("box", 2, PLANE))))
+    for k in range(2):
+        heat = said.partition("heat P [W]")[2].partition(f"    c{k} ")[2].partition(f"    c{k + 1} ")[0]
+        assert f"lambda(c{k},13)*cos(angle(a{k}))" in heat
+    assert "join(" not in said

@@ -182,6 +182,16 @@ pub fn slopes(g: &mut Graph, (number, k, list): (u32, u32, Id), by: &[usize]) ->
     made.into_iter().map(|e| expression(g, (number, list), &arguments, e)).collect()
 }
 
+/// What a result stands for, in the graph that calls it.
+pub fn inlined(g: &mut Graph, (number, k, list): (u32, u32, Id)) -> Id {
+    let (arguments, form) = (g.listed(list), of(number));
+    let argument = |node, _: &mut Graph| match node {
+        Node::Unknown(j) => Some(arguments[j as usize]),
+        _ => None,
+    };
+    form.graph.copied(&[form.outs[k as usize]], g, argument)[0]
+}
+
 /// The number of the program of these expressions of a form.
 pub fn program(number: u32, read: &[u32]) -> u32 {
     let mut form = of(number);
@@ -277,6 +287,10 @@ mod tests {
             assert!((a - b).abs() <= 1e-12 * (1.0 + a.abs()), "{a} {b}");
         }
         assert!(4 * Tape::new(&g, &all[1]).len() < Tape::new(&g, &all[0]).len());
+        // what each stands for
+        let Node::Result(number, k, list) = g.node(all[1][0]) else { panic!("no call") };
+        let alone = inlined(&mut g, (number, k, list));
+        assert_eq!(values(&g, &[alone]), like[..1]);
         // written and read
         let written = through_its_list(&g);
         assert_eq!(values(&written, &all[1]), like);

@@ -69,8 +69,22 @@ impl Graph {
         found
     }
 
+    /// A node as it is shown: where it is a call of a form, what that stands for.
+    pub fn shown(&mut self, id: Id) -> Node {
+        match self.node(id) {
+            Node::Result(number, k, list) if alike::is(number) => {
+                let id = alike::inlined(self, (number, k, list));
+                self.node(id)
+            }
+            node => node,
+        }
+    }
+
     /// Result k of a loop for a list of arguments.
     pub fn result(&mut self, number: u32, k: u32, list: Id) -> Id {
+        if matches!(self.node(list), Node::Join(_, last) if self.value(last).is_none()) {
+            return self.intern(Node::Result(number, k, list));
+        }
         let values: Option<Vec<f64>> = self.listed(list).into_iter().map(|id| self.value(id)).collect();
         if let Some(values) = values {
             return self.constant(repeat::value(number, k, &values));
