@@ -52,6 +52,17 @@ def test_a_pair_more_costs_its_call(kind):
     assert three - two < 0.5 * alone
 
 
+def test_pairs_of_other_sizes_share_it_too():
+    """Numbers go in as leaves do: a sweep over a size makes no program more."""
+    cards = [SPACE["box"].replace("0.1,0.05,0.08", f"0.1,0.05,{depth}") for depth in (0.08, 0.07, 0.06)]
+    alone, three = operations(pairs("box", 1, SPACE)), pairs("box", 3, SPACE).splitlines()
+    for k, card in enumerate(cards):
+        three = [
+            line.replace(SPACE["box"], card) if line[5:7] in (f"a{k}", f"b{k}") else line for line in three
+        ]
+    assert operations("\n".join(three)) < 2.0 * alone
+
+
 def test_equations_are_shown_as_those_of_each_alone():
     """Not as calls: friction's heat by what each lambda does with the speeds along its edge."""
     said = "\n".join(explained.page(pipeline.explain(pairs("box", 2, PLANE))))

@@ -113,14 +113,15 @@ pub fn outlined(g: &mut Graph, groups: &[Vec<Id>]) -> Vec<Option<Vec<Id>>> {
     each.map(|((outs, (key, leaves)), alike)| alike.then(|| called(g, outs, key, &leaves))).collect()
 }
 
-/// The form of expressions, and the leaves that are its arguments.
+/// The form of expressions, and the leaves that are its arguments: numbers too, so that shapes of other sizes, in this deck or in the
+/// next run of a sweep, have the same form.
 fn form(g: &Graph, outs: &[Id]) -> (Key, Vec<Id>) {
     let (mut number, mut leaves): (HashMap<Id, Id>, Vec<Id>) = Default::default();
     let mut nodes = Vec::new();
     for id in g.in_order(outs) {
         number.insert(id, nodes.len() as Id);
         let node = g.node(id);
-        nodes.push(if g.value(id).is_none() && node.is_leaf() {
+        nodes.push(if node.is_leaf() && g.value(id) != Some(0.0) && g.value(id) != Some(1.0) {
             leaves.push(id);
             Node::Unknown(leaves.len() as u32 - 1)
         } else {
