@@ -138,6 +138,7 @@ class Between(Turning, Card):
             place: Rigid | Touch
             if self.k is None:
                 place = Rigid(gap, self.e, "N", meeting.edge)
+                place.law.pair = meetings[0]
                 self.corners.append((1.0, place))
             else:
                 place = Touch(s, f"{self.name} {meeting.label}", gap, self.k, self.c, self.e, self.n)
@@ -147,7 +148,7 @@ class Between(Turning, Card):
 
     def probes(self, s: Scene) -> Probes:
         found = {**self.touch_probes(s, "force"), **self.turn_probes(s)}
-        gaps = [s.b.const(0.0) + place.gap for _, place in self.places]
+        gaps = [s.b.const(0.0) + getattr(place, "law", place).gap for _, place in self.places]
         least = gaps[0]
         for gap in gaps[1:]:
             least = s.b.select(s.b.call("notless", gap, least), least, gap)

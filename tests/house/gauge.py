@@ -30,7 +30,8 @@ FILE = 600  # lines of a file
 # rooms of abilities that grow while the rest gets simpler: pages that compute, the playground, sweeps, runs led from Python,
 # cards of rolling, of tyres and of relations among joints, robots, schematics, FMUs of others and for their solvers, gradients,
 # environments, models that are added, shapes in space, domains beside circuit and mechanism, bodies that bend, loops that end by
-# voltages, power grids, friction against rolling, coordinates of joints by name, what breaks and catches. Counted apart
+# voltages, power grids, friction against rolling, coordinates of joints by name, what breaks and catches, like pairs.
+# Counted apart
 APART = (
     "emsim/assemble/hands.py", "emsim/cards/knife.py", "emsim/cards/ratio.py", "emsim/cards/roll.py",
     "emsim/engine/src/packed/", "emsim/engine/src/page.rs", "emsim/engine/src/py/instance.rs", "emsim/fmus/page.py",
@@ -51,7 +52,8 @@ APART = (
     "emsim/engine/veriloga/src/looped.rs", "emsim/engine/expr/src/interrupt/endless.rs", "emsim/engine/sparse/src/lu/kept.rs",
     "emsim/engine/integrate/src/auto/fills.rs", "emsim/engine/dae/src/newton/kept.rs",
     "emsim/cards/along.py", "emsim/cards/latch.py", "emsim/assemble/bonds.py", "emsim/engine/dae/src/modes/bonds.rs",
-    "emsim/outputs/glyphs/latch.py",
+    "emsim/outputs/glyphs/latch.py", "emsim/engine/expr/src/alike.rs",
+    "emsim/assemble/alike.py",
 )  # fmt: skip
 KNOT = 8  # modules that import each other in a circle and can still be read as one thing
 
