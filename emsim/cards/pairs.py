@@ -7,7 +7,7 @@ hulls and boxes                        facets.py
 
 from __future__ import annotations
 
-from . import capsules, drums, eggs, facets, ovals
+from . import cans, capsules, drums, eggs, facets, ovals
 from .nearest import Body, Target
 
 TYPE_CHECKING = False
@@ -32,7 +32,7 @@ def unknown(a: str, one: Solid, b: str, other: Solid) -> tuple[str, str] | None:
         return None
     for name, solid in ((a, one), (b, other)):
         hint = f"SHAPE {name}2 {name} hull(x1,y1,z1,..), capsule(l,r) or ball(r) in its place"
-        if kind(solid) == "cylinder":
+        if kind(solid) == "cylinder" and not kinds & {"box", "hull"}:
             return f"{solid.kind}(..) touches planes, balls and capsules", hint
         if kinds == {"ellipsoid"} and solid.semi and max(solid.semi) > 10.0 * min(solid.semi):
             return "of two ellipsoids half-axes go up to 10 to 1", hint
@@ -54,6 +54,8 @@ def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
         return eggs.meetings(s, one, other)
     if second == "ellipsoid":
         return ovals.meetings(s, other, one)
+    if second == "cylinder" and first in ("box", "hull"):
+        return cans.meetings(s, other, one)
     if second == "cylinder":
         return drums.meetings(s, one, other)
     return capsules.meetings(s, one, other) if first == "capsule" else facets.meetings(s, one, other)
@@ -62,6 +64,8 @@ def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
 def separations(s: Scene, a: Part, b: Part) -> list[Expr]:
     """Of those whose gaps do not say at the start that they are in each other: below 0 they are."""
     one, other, first, second = ordered(a, b)
+    if second == "cylinder" and first in ("box", "hull"):
+        return [cans.separation(s, other, one)]
     if first == "ball" or second in ("capsule", "ellipsoid", "cylinder"):
         return []
     return [(capsules if first == "capsule" else facets).separation(s, one, other)]

@@ -1,0 +1,381 @@
+"""Where a cylinder or a thin disc meets a hull or a box in space: gaps and slips of CONTACT between shapes.
+
+    corner p at an end, at the side     gap = |a . (p - c)| - h,  |p - c, across a| - R      a the axis, h half the length
+    rim at a flat n                     gap = n . q - d         q the place of the rim that is furthest against n; a rim that lies
+                                                                flat has FEET places that are fixed on it, as on a plane
+    edge at a rim, at the side          seen along the edge it is a point, the rim an ellipse, the side two lines    nearest.py
+    edge along the axis                 that of its places as high as either end
+    edge that lies flat on an end       the two places at which it crosses the rim
+Each is one of two points of the parts, so none is less than the distance; below 0 it is where one of them is in the other part.
+Of edges two at a time touch. A disc is a cylinder of no length, of which a place is on the side that the block's middle is on,
+unless the way there is round the rim.
+"""
+
+from __future__ import annotations
+
+from math import cos, pi, sin
+
+from .facets import Faceted, two_nearest
+from .kinematics import add, cross, dot, scale, subtract
+from .laws import Edge
+from .nearest import NOTHING, View, chosen, largest, meeting, root
+from .supports import AWAY, FEET, FLAT, held_number
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from .._engine import Expr
+    from .base import Scalar, Scene
+    from .supports import Meeting, Part
+
+    Way = Sequence[Scalar]
+    # the gap, the normal from the block to the cylinder, the place, and above 0 where they are not nearest there
+    Near = tuple[Expr, Way, Way, Expr]
+
+LEVEL = 1e-7  # [rad] what leans by less is level
+
+
+class Drum:
+    """A cylinder or a disc in other axes: its middle c, its directions, the third along its axis."""
+
+    def __init__(self, s: Scene, part: Part, seen: View) -> None:
+        self.s, self.view = s, View(s, part, own=True)
+        self.x, self.y, self.k = (seen.turned(axis) for axis in self.view.axes)
+        self.c = seen.local(self.view.centre)
+        self.r, self.thin = self.view.radius, len(self.view.solid.rims) < 2
+        self.high = 0.0 if self.thin else 0.5 * self.view.solid.sizes[1]
+
+    def split(self, d: Way) -> tuple[Expr, Way]:
+        """How high along the axis, and the rest across it."""
+        z = self.s.b.const(0.0) + dot(self.k, d)
+        return z, subtract(d, scale(z, self.k))
+
+    def end(self, side: Scalar) -> Way:
+        """The middle of the end that is there, -1 or 1."""
+        return add(self.c, scale(side * self.high, self.k)) if self.high else self.c
+
+    def furthest(self, side: Scalar, n: Way) -> tuple[Way, Expr]:
+        """Of a rim the place furthest along a unit vector, and how long that is across the axis."""
+        _, across = self.split(n)
+        size = length(self.s, across)
+        return add(self.end(side), scale(self.r / size, across)), size
+
+    def reach(self, n: Way) -> Expr:
+        lean, across = self.split(n)
+        return self.r * length(self.s, across) + self.high * self.s.b.call("abs", lean)
+
+    @property
+    def ends(self) -> tuple[float, ...]:
+        return (1.0,) if self.thin else (-1.0, 1.0)
+
+    def foot(self, side: Scalar, number: int) -> Way:
+        u, v = (self.r * way(2.0 * pi * number / FEET) for way in (cos, sin))
+        return add(self.end(side), add(scale(u, self.x), scale(v, self.y)))
+
+    def seen_along(self, v: Way, p: Way) -> tuple[Expr, Expr, Way, Way, Expr, Expr]:
+        """Along a unit vector: the place p on the axis as it is seen and beside it, both directions, how long one along the axis
+        is then, and how much that is along v."""
+        lean = self.s.b.const(0.0) + dot(self.k, v)
+        first = subtract(self.k, scale(lean, v))
+        size = length(self.s, first)
+        first = scale(1.0 / size, first)
+        second = cross(v, first)
+        d, zero = subtract(p, self.c), self.s.b.const(0.0)
+        return zero + dot(first, d), zero + dot(second, d), first, second, size, lean
+
+
+def length(s: Scene, v: Way) -> Expr:
+    return s.b.call("sqrt", s.b.const(NOTHING) + dot(v, v))
+
+
+def sign(s: Scene, e: Expr) -> Expr:
+    return s.b.select(s.b.call("notless", e, 0.0), 1.0, -1.0)
+
+
+def least(s: Scene, values: Sequence[Scalar]) -> Expr:
+    zero = s.b.const(0.0)
+    return -largest(s, [zero - v for v in values])
+
+
+def on_rim(drum: Drum, lean: Expr, x: Expr, y: Expr) -> tuple[Expr, Expr, Expr]:
+    """How far (x, y) is off a rim about the origin, seen along a way that leans so, and the normal there."""
+    # next to nothing along the axis where it is seen edge on
+    square = drum.r * drum.r
+    thin, wide = square * (lean * lean + FLAT**3), square * (1.0 + FLAT**3)
+
+    def by(t: Scalar, v: Way) -> Way:
+        return [v[0] / (thin + t), v[1] / (wide + t)]
+
+    gap, (u, w) = root(drum.s, by, lambda v: [thin * v[0], wide * v[1]], [x, y], (thin, wide))
+    return gap, drum.s.b.const(0.0) + u, drum.s.b.const(0.0) + w
+
+
+class Cans:
+    """A cylinder A and a hull or a box B in the axes of B's body."""
+
+    def __init__(self, s: Scene, a: Part, b: Part) -> None:
+        self.s, self.block = s, Faceted(s, b)
+        self.drum = Drum(s, a, self.block)
+        self.middle = self.block.solid.at
+        self.tiny = max(self.block.tiny, 1e-9 * self.drum.view.solid.size)
+        self.names = f"{self.drum.view.name} {{}} {self.block.name}"
+        self.best, self.flat = self._best_flat()
+
+    def _best_flat(self) -> tuple[Expr, Expr]:
+        """How far they are apart by a flat, and which."""
+        best, name = self.s.b.const(-AWAY), self.s.b.const(1.0)
+        for j, (n, d) in enumerate(self.block.flats, 1):
+            apart = dot(n, self.drum.c) - d - self.drum.reach(n)
+            more = self.s.b.call("notless", best, apart)
+            best, name = self.s.b.select(more, best, apart), self.s.b.select(more, name, float(j))
+        return best, name
+
+    def meet(self, label: str, gap: Expr, normal: Way, place: Way, edge: Edge) -> Meeting:
+        seen = self.block
+        return meeting(self.drum.view, seen, label, gap, seen.world(normal), seen.placed(place), edge)
+
+    def place(self, label: str, which: Expr | float, at: Callable[[Expr], Near]) -> Meeting:
+        """One place, of a feature by its number, that is one while it is not past its end."""
+        label = self.names.format(label)
+        held = held_number(self.s, self.drum.c[0], label)
+        number = self.s.b.select(held, held, which)
+        gap, normal, place, past = at(number)
+        can = self.s.b.select(self.s.b.call("notless", 0.0, past), number, 0.0)
+        shown = self.s.b.select(held, gap, self.s.b.select(can, gap, AWAY))
+        return self.meet(label, shown, normal, place, Edge(held, can, past))
+
+    def outside(self, p: Way) -> Expr:
+        """How far a place is beyond the flats of B, below 0 in it."""
+        return largest(self.s, [dot(n, p) - d for n, d in self.block.flats])
+
+    def facing(self, p: Way, z: Expr, across: Way) -> Expr:
+        """On which side of the ends a place is; of a disc that of the block's middle, unless the way there is round the rim."""
+        s = self.s
+        side = sign(s, z)
+        if not self.drum.thin:
+            return side
+        far, rest = self.drum.split(subtract(self.middle, self.drum.c))
+        other = s.b.call("notless", 0.0, z * far + NOTHING)
+        share = z / s.b.select(other, z - far, 1.0)
+        through = add(across, scale(share, subtract(rest, across)))
+        inside = s.b.call("notless", self.drum.r * self.drum.r - dot(through, through), 0.0)
+        return s.b.select(s.b.select(other, inside, 0.0), -side, side)
+
+    def at_corner(self, k: int) -> Meeting:
+        """Of B: at the upper end, the lower end, the side."""
+        s, drum, p = self.s, self.drum, self.block.places[k]
+        z, across = drum.split(subtract(p, drum.c))
+        far = length(s, across)
+        out, inward = scale(1.0 / far, across), subtract(self.middle, p)
+        turned, beside = s.b.const(0.0) + dot(drum.k, inward), far - drum.r
+        rows = [(z - drum.high, drum.k, turned), (-z - drum.high, scale(-1.0, drum.k), -turned)]
+        rows.append((beside, out, s.b.const(0.0) + dot(out, inward)))
+        ends = [row[0] for row in rows]
+        if drum.thin:
+            above = s.b.call("notless", self.facing(p, z, across), 0.0)
+            ends[:2] = [s.b.select(above, z, -AWAY), s.b.select(above, -AWAY, -z)]
+        best, name = s.b.const(-AWAY), s.b.const(0.0)
+        for j, (distance, (_, _, into)) in enumerate(zip(ends, rows, strict=True), 1):
+            # what the corner does not turn to counts where it is beyond alone: then it is off
+            faces = s.b.call("notless", into, 0.0)
+            off = s.b.select(s.b.call("notless", self.tiny, distance), -AWAY, distance)
+            value = s.b.select(faces, distance, off)
+            further = s.b.call("notless", value, best)
+            name = s.b.select(further, s.b.select(faces, float(j), -float(j)), name)
+            best = s.b.select(further, value, best)
+        label = self.names.format(f"corner {k + 1}")
+        held = held_number(s, z, label)
+        number = s.b.select(held, held, s.b.call("abs", name))
+        gap, *normal = chosen(s, number, [(d, *n) for d, n, _ in rows])
+        past = best - gap - self.tiny
+        over = s.b.call("abs", z) - drum.high
+        apart = s.b.call("sqrt", NOTHING + over * over + beside * beside)
+        apart = s.b.select(s.b.call("notless", 0.0, least(s, [over, beside])), gap, apart)
+        presses = s.b.select(s.b.call("notless", name, 0.0), name, 0.0)
+        stays = s.b.select(s.b.call("notless", 0.0, past), held, presses)
+        edge = Edge(held, s.b.select(held, stays, presses), past)
+        return self.meet(label, s.b.select(held, gap, apart), scale(-1.0, normal), p, edge)
+
+    def at_flat(self, number: Expr, q: Callable[[Expr, Way], tuple[Way, Expr]]) -> Near:
+        """Of a flat, and a place of the cylinder that q finds for how the axis leans on its normal, with a condition."""
+        s = self.s
+        *n, d = chosen(s, number, [(*n, d) for n, d in self.block.flats])
+        p, past = q(s.b.const(0.0) + dot(self.drum.k, n), n)
+        gap = s.b.const(0.0) + dot(n, p) - d
+        # what of the flat is next to it, or itself below, is in B
+        at = subtract(p, scale(largest(s, [gap, 0.0]), n))
+        return gap, n, p, largest(s, [self.outside(at) - self.tiny, past])
+
+    def rim(self, side: float) -> Meeting:
+        def lowest(_: Expr, n: Way) -> tuple[Way, Expr]:
+            p, size = self.drum.furthest(side, scale(-1.0, n))
+            return p, FLAT - size
+
+        return self.place(f"rim {side:g}", self.flat, lambda number: self.at_flat(number, lowest))
+
+    def foot(self, k: int) -> Meeting:
+        """Of the rim that is below, where that lies flat."""
+
+        def fixed(lean: Expr, n: Way) -> tuple[Way, Expr]:
+            _, size = self.drum.furthest(1.0, n)
+            return self.drum.foot(-sign(self.s, lean), k), size - FLAT
+
+        return self.place(f"foot {k + 1}", self.flat, lambda number: self.at_flat(number, fixed))
+
+    def lying(self, k: int) -> list[Meeting]:
+        """Of an edge of B on an end: where it crosses the rim."""
+        s, drum, side = self.s, self.drum, self.block.sides[k]
+        q, v, size = side[:3], side[3:6], side[6]
+        high, d = drum.split(subtract(q, drum.c))
+        lean, flat = drum.split(v)
+        one = s.b.const(NOTHING) + dot(flat, flat)
+        middle = -dot(flat, d) / one
+        low = add(d, scale(middle, flat))
+        square = (drum.r * drum.r - dot(low, low)) / one
+        half = s.b.call("sqrt", largest(s, [square, NOTHING]))
+        # the middle of what of it is within the rim
+        inner = 0.5 * (largest(s, [middle - half, 0.0]) + least(s, [middle + half, size]))
+        up = self.facing(add(q, scale(inner, v)), high + inner * lean, add(d, scale(inner, flat)))
+        turned = up * dot(drum.k, add(side[7:10], side[10:13]))
+        flat_on = largest(s, [s.b.call("abs", lean) - FLAT, -square, LEVEL - turned])
+        found = []
+        for which in (-1.0, 1.0):
+            t = middle + which * half
+            near = (
+                up * (high + lean * t) - drum.high,
+                scale(-up, drum.k),
+                add(q, scale(t, v)),
+                largest(s, [flat_on, -t - self.tiny, t - size - self.tiny]),
+            )
+            label = f"edge {k + 1} {'out' if which > 0.0 else 'in'}"
+            found.append(self.place(label, 1.0, lambda _, near=near: near))
+        return found
+
+    def at_edge(self, side: Sequence[Expr | float], label: str = "") -> Near:
+        """An edge of B at a rim or at the side; with a label what it is at is an event."""
+        s, drum = self.s, self.drum
+        q, v, size = side[:3], side[3:6], side[6]
+        x, y, first, second, across, lean = drum.seen_along(v, q)
+        beyond = s.b.call("abs", x) - drum.high * across
+        before, beside = sign(s, x), sign(s, y)
+        over = s.b.call("notless", beyond, 0.0)
+        if label and not drum.thin:
+            over = s.b.flag(s.public(beyond), None, f"{label} over", -1)
+        far, u, w = on_rim(drum, lean, s.b.select(over, beyond, 0.0), y)
+        gap = s.b.select(over, far, beside * y - drum.r)
+        out = add(
+            scale(s.b.select(over, before * u, 0.0), first), scale(s.b.select(over, w, beside), second)
+        )
+        at, _ = drum.furthest(before, out)
+        up = x / across
+        beside_at = add(drum.c, scale(up, drum.k))
+        at = [s.b.select(over, a, b) for a, b in zip(at, beside_at, strict=True)]
+        t = s.b.const(0.0) + dot(v, subtract(at, q))
+        place = add(q, scale(t, v))
+        z, rest = drum.split(subtract(place, drum.c))
+        if drum.thin:
+            # where the edge goes through its plane
+            t_through = t - z * lean / (lean * lean + NOTHING)
+            _, rest = drum.split(subtract(add(q, scale(t_through, v)), drum.c))
+            inside = largest(s, [length(s, rest) - drum.r, -t_through, t_through - size])
+        else:
+            inside = largest(s, [s.b.call("abs", z) - drum.high, length(s, rest) - drum.r])
+        lies = s.b.select(over, least(s, [FLAT - s.b.call("abs", lean), drum.r - s.b.call("abs", y)]), -1.0)
+        past = [
+            -t - self.tiny,
+            t - size - self.tiny,
+            -dot(out, side[7:10]) - LEVEL,
+            -dot(out, side[10:13]) - LEVEL,
+            least(s, [-gap, inside]) - self.tiny,
+            lies,
+            FLAT - across,
+        ]
+        return gap, scale(-1.0, out), place, largest(s, past)
+
+    def edges(self) -> list[Meeting]:
+        """The two edges that are nearest to a rim or the side."""
+        s, rows = self.s, self.block.sides
+        every = [self.at_edge(side) for side in rows]
+        return self.two(every, "edge", lambda number, label: self.at_edge(chosen(s, number, rows), label))
+
+    def two(
+        self, every: Sequence[Near], what: str, at: Callable[[Expr, str], Near], most: int = 2
+    ) -> list[Meeting]:
+        s = self.s
+        scores = [s.b.select(s.b.call("notless", 0.0, past), gap, AWAY) for gap, _, _, past in every]
+        whole = self.names.format(what)
+        nearest = two_nearest(s, whole, self.drum.c[0], scores, [past for *_, past in every])
+        found = []
+        for n, (number, edge, can) in enumerate(nearest[:most], 1):
+            label = f"{whole} {n}"
+            gap, normal, place, _ = at(number, label)
+            found.append(self.meet(label, s.b.select(can, gap, AWAY), normal, place, edge))
+        return found
+
+    def along(self, end: float) -> list[Meeting]:
+        """An edge of B along the axis, as high as an end."""
+        s, drum, rows = self.s, self.drum, self.block.sides
+
+        def at(side: Sequence[Expr | float]) -> Near:
+            q, v, size = side[:3], side[3:6], side[6]
+            high, d = drum.split(subtract(q, drum.end(end)))
+            lean, flat = drum.split(v)
+            t = -high * lean / (lean * lean + NOTHING)
+            away = add(d, scale(t, flat))
+            far = length(s, away)
+            out = scale(1.0 / far, away)
+            past = [length(s, flat) - FLAT, -t - self.tiny, t - size - self.tiny]
+            past += [-dot(out, side[j : j + 3]) - LEVEL for j in (7, 10)]
+            return far - drum.r, scale(-1.0, out), add(q, scale(t, v)), largest(s, past)
+
+        every = [at(side) for side in rows]
+        return self.two(every, f"along {end:g}", lambda number, _: at(chosen(s, number, rows)), 1)
+
+
+def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
+    """All places at which a cylinder or a disc, A, can touch a hull or a box."""
+    cans = Cans(s, a, b)
+    found = [cans.at_corner(k) for k in range(len(cans.block.places))]
+    found += [cans.rim(side) for side in cans.drum.ends]
+    found += [cans.foot(k) for k in range(FEET)]
+    for k in range(len(cans.block.sides)):
+        found += cans.lying(k)
+    found += cans.edges()
+    for side in () if cans.drum.thin else cans.drum.ends:
+        found += cans.along(side)
+    return found
+
+
+def separation(s: Scene, a: Part, b: Part) -> Expr:
+    """Below 0 they are in each other, by so much at the middle of what of an edge is in the cylinder, or at the place of a rim that
+    is furthest in the block; what has no edge in it has such a place."""
+    cans = Cans(s, a, b)
+    drum, found = cans.drum, []
+    flats = [(*n, d) for n, d in cans.block.flats]
+    *n, _ = chosen(s, cans.flat, flats)
+    for side in drum.ends:
+        p, _ = drum.furthest(side, scale(-1.0, n))
+        found.append(cans.outside(p))
+    for row in cans.block.sides:
+        q, v, size = row[:3], row[3:6], row[6]
+        z, d = drum.split(subtract(q, drum.c))
+        lean, flat = drum.split(v)
+        if drum.thin:
+            end = z + size * lean
+            t = s.b.select(s.b.call("notless", z * end, 0.0), 0.0, z / (z - end)) * size
+            depth = s.b.select(s.b.call("notless", z * end, 0.0), 0.0, least(s, [s.b.call("abs", z), s.b.call("abs", end)]))
+            found.append(largest(s, [-depth, length(s, add(d, scale(t, flat))) - drum.r]))
+            continue
+        square = s.b.const(NOTHING) + dot(flat, flat)
+        middle = -dot(flat, d) / square
+        low = add(d, scale(middle, flat))
+        half = s.b.call("sqrt", largest(s, [(drum.r * drum.r - dot(low, low)) / square, 0.0]))
+        turned = lean + s.b.select(s.b.call("notless", lean, 0.0), NOTHING, -NOTHING)
+        at_ends = [(end - z) / turned for end in (-drum.high, drum.high)]
+        first = largest(s, [0.0, middle - half, least(s, at_ends)])
+        last = least(s, [size, middle + half, largest(s, at_ends)])
+        t = 0.5 * (first + last)
+        inside = largest(s, [s.b.call("abs", z + t * lean) - drum.high, length(s, add(d, scale(t, flat))) - drum.r])
+        found.append(s.b.select(s.b.call("notless", last, first), inside, AWAY))
+    return least(s, found)
