@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from math import cos, pi, sin
 
-from .facets import Faceted, two_nearest
+from .facets import Faceted
 from .kinematics import add, cross, dot, scale, subtract
 from .laws import Edge
 from .nearest import NOTHING, View, chosen, largest, meeting, root
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     Way = Sequence[Scalar]
     # the gap, the normal from the block to the cylinder, the place, and above 0 where they are not nearest there
     Near = tuple[Expr, Way, Way, Expr]
+    Row = Sequence[Expr | float]
 
 LEVEL = 1e-7  # [rad] what leans by less is level
 
@@ -111,6 +112,26 @@ def on_rim(drum: Drum, lean: Expr, x: Expr, y: Expr) -> tuple[Expr, Expr, Expr]:
     return gap, drum.s.b.const(0.0) + u, drum.s.b.const(0.0) + w
 
 
+def least_of(
+    s: Scene, label: str, size: Scalar, scores: Sequence[Expr], most: int
+) -> list[tuple[Expr, Expr]]:
+    """Of features by their scores, AWAY those that are none: the numbers of the least, from 1 on, or of those that are held, and
+    which is held."""
+    helds = [held_number(s, s.b.const(0.0) + size, f"{label} {k + 1}") for k in range(most)]
+    found: list[tuple[Expr, Expr]] = []
+    for k, held in enumerate(helds):
+        best, name = s.b.const(AWAY), s.b.const(0.0)
+        taken = [*(number for number, _ in found), *helds[k + 1 :]]
+        for j, score in enumerate(scores, 1):
+            less = s.b.call("notless", score, best)
+            for other in taken:
+                beside = s.b.call("notless", s.b.call("abs", other - float(j)), 0.5)
+                less = s.b.select(beside, less, 1.0)
+            best, name = s.b.select(less, best, score), s.b.select(less, name, float(j))
+        found.append((s.b.select(held, held, name), held))
+    return found
+
+
 class Cans:
     """A cylinder A and a hull or a box B in the axes of B's body."""
 
@@ -141,13 +162,19 @@ class Cans:
         held = held_number(self.s, self.drum.c[0], label)
         number = self.s.b.select(held, held, which)
         gap, normal, place, past = at(number)
-        can = self.s.b.select(self.s.b.call("notless", 0.0, past), number, 0.0)
+        # it begins a little after where it ends, so that it does not take over from what touches at the same place
+        least = self.s.b.select(held, 0.0, -2.0 * self.tiny)
+        can = self.s.b.select(self.s.b.call("notless", least, past), number, 0.0)
         shown = self.s.b.select(held, gap, self.s.b.select(can, gap, AWAY))
         return self.meet(label, shown, normal, place, Edge(held, can, past))
 
-    def outside(self, p: Way) -> Expr:
-        """How far a place is beyond the flats of B, below 0 in it."""
-        return largest(self.s, [dot(n, p) - d for n, d in self.block.flats])
+    def outside(self, p: Way, but: Expr | float = 0.0) -> Expr:
+        """How far a place is beyond the flats of B, but one by its number; below 0 in it."""
+        s, found = self.s, []
+        for j, (n, d) in enumerate(self.block.flats, 1):
+            own = s.b.call("notless", s.b.call("abs", s.b.const(float(j)) - but), 0.5)
+            found.append(s.b.select(own, dot(n, p) - d, -AWAY))
+        return largest(s, found)
 
     def facing(self, p: Way, z: Expr, across: Way) -> Expr:
         """On which side of the ends a place is; of a disc that of the block's middle, unless the way there is round the rim."""
@@ -205,7 +232,7 @@ class Cans:
         gap = s.b.const(0.0) + dot(n, p) - d
         # what of the flat is next to it, or itself below, is in B
         at = subtract(p, scale(largest(s, [gap, 0.0]), n))
-        return gap, n, p, largest(s, [self.outside(at) - self.tiny, past])
+        return gap, n, p, largest(s, [self.outside(at, number) - self.tiny, past])
 
     def rim(self, side: float) -> Meeting:
         def lowest(_: Expr, n: Way) -> tuple[Way, Expr]:
@@ -252,8 +279,8 @@ class Cans:
             found.append(self.place(label, 1.0, lambda _, near=near: near))
         return found
 
-    def at_edge(self, side: Sequence[Expr | float], label: str = "") -> Near:
-        """An edge of B at a rim or at the side; with a label what it is at is an event."""
+    def at_edge(self, side: Row, held: Expr | float, label: str = "") -> Near:
+        """An edge of B at a rim or at the side, held or not; with a label what it is at is an event."""
         s, drum = self.s, self.drum
         q, v, size = side[:3], side[3:6], side[6]
         x, y, first, second, across, lean = drum.seen_along(v, q)
@@ -264,9 +291,7 @@ class Cans:
             over = s.b.flag(s.public(beyond), None, f"{label} over", -1)
         far, u, w = on_rim(drum, lean, s.b.select(over, beyond, 0.0), y)
         gap = s.b.select(over, far, beside * y - drum.r)
-        out = add(
-            scale(s.b.select(over, before * u, 0.0), first), scale(s.b.select(over, w, beside), second)
-        )
+        out = add(scale(s.b.select(over, before * u, 0.0), first), scale(s.b.select(over, w, beside), second))
         at, _ = drum.furthest(before, out)
         up = x / across
         beside_at = add(drum.c, scale(up, drum.k))
@@ -282,11 +307,13 @@ class Cans:
         else:
             inside = largest(s, [s.b.call("abs", z) - drum.high, length(s, rest) - drum.r])
         lies = s.b.select(over, least(s, [FLAT - s.b.call("abs", lean), drum.r - s.b.call("abs", y)]), -1.0)
+        leans = largest(s, [-dot(out, side[7:10]), -dot(out, side[10:13])])
+        # level with a flat the side lies on it, and the rim's place on that is about to take over
+        leans -= s.b.select(over, s.b.select(held, 0.0, -4.0 * self.tiny / drum.r), LEVEL)
         past = [
             -t - self.tiny,
             t - size - self.tiny,
-            -dot(out, side[7:10]) - LEVEL,
-            -dot(out, side[10:13]) - LEVEL,
+            leans,
             least(s, [-gap, inside]) - self.tiny,
             lies,
             FLAT - across,
@@ -295,29 +322,29 @@ class Cans:
 
     def edges(self) -> list[Meeting]:
         """The two edges that are nearest to a rim or the side."""
-        s, rows = self.s, self.block.sides
-        every = [self.at_edge(side) for side in rows]
-        return self.two(every, "edge", lambda number, label: self.at_edge(chosen(s, number, rows), label))
+        rows = self.block.sides
+        return self.two("edge", 2, lambda row, held, label: self.at_edge(row, held, label), rows)
 
     def two(
-        self, every: Sequence[Near], what: str, at: Callable[[Expr, str], Near], most: int = 2
+        self, what: str, most: int, at: Callable[[Row, Expr | float, str], Near], rows: Sequence[Row]
     ) -> list[Meeting]:
-        s = self.s
-        scores = [s.b.select(s.b.call("notless", 0.0, past), gap, AWAY) for gap, _, _, past in every]
-        whole = self.names.format(what)
-        nearest = two_nearest(s, whole, self.drum.c[0], scores, [past for *_, past in every])
-        found = []
-        for n, (number, edge, can) in enumerate(nearest[:most], 1):
+        """Of edges those that are nearest, or that are held."""
+        s, whole = self.s, self.names.format(what)
+        free, found = [at(row, 0.0, "") for row in rows], []
+        scores = [s.b.select(s.b.call("notless", 0.0, past), gap, AWAY) for gap, _, _, past in free]
+        for n, (number, held) in enumerate(least_of(s, whole, self.drum.c[0], scores, most), 1):
             label = f"{whole} {n}"
-            gap, normal, place, _ = at(number, label)
-            found.append(self.meet(label, s.b.select(can, gap, AWAY), normal, place, edge))
+            gap, normal, place, past = at(chosen(s, number, rows), held, label)
+            can = s.b.select(s.b.call("notless", 0.0, past), number, 0.0)
+            shown = s.b.select(held, gap, s.b.select(can, gap, AWAY))
+            found.append(self.meet(label, shown, normal, place, Edge(held, can, past)))
         return found
 
     def along(self, end: float) -> list[Meeting]:
         """An edge of B along the axis, as high as an end."""
         s, drum, rows = self.s, self.drum, self.block.sides
 
-        def at(side: Sequence[Expr | float]) -> Near:
+        def at(side: Row) -> Near:
             q, v, size = side[:3], side[3:6], side[6]
             high, d = drum.split(subtract(q, drum.end(end)))
             lean, flat = drum.split(v)
@@ -329,8 +356,7 @@ class Cans:
             past += [-dot(out, side[j : j + 3]) - LEVEL for j in (7, 10)]
             return far - drum.r, scale(-1.0, out), add(q, scale(t, v)), largest(s, past)
 
-        every = [at(side) for side in rows]
-        return self.two(every, f"along {end:g}", lambda number, _: at(chosen(s, number, rows)), 1)
+        return self.two(f"along {end:g}", 1, lambda row, held, label: at(row), rows)
 
 
 def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
@@ -348,8 +374,8 @@ def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
 
 
 def separation(s: Scene, a: Part, b: Part) -> Expr:
-    """Below 0 they are in each other, by so much at the middle of what of an edge is in the cylinder, or at the place of a rim that
-    is furthest in the block; what has no edge in it has such a place."""
+    """Below 0 they are in each other, by so much at the middle of what of an edge is in the cylinder, or at the place of a rim
+    that is furthest in the block; what has no edge in it has such a place."""
     cans = Cans(s, a, b)
     drum, found = cans.drum, []
     flats = [(*n, d) for n, d in cans.block.flats]
@@ -364,7 +390,9 @@ def separation(s: Scene, a: Part, b: Part) -> Expr:
         if drum.thin:
             end = z + size * lean
             t = s.b.select(s.b.call("notless", z * end, 0.0), 0.0, z / (z - end)) * size
-            depth = s.b.select(s.b.call("notless", z * end, 0.0), 0.0, least(s, [s.b.call("abs", z), s.b.call("abs", end)]))
+            depth = s.b.select(
+                s.b.call("notless", z * end, 0.0), 0.0, least(s, [s.b.call("abs", z), s.b.call("abs", end)])
+            )
             found.append(largest(s, [-depth, length(s, add(d, scale(t, flat))) - drum.r]))
             continue
         square = s.b.const(NOTHING) + dot(flat, flat)
@@ -376,6 +404,8 @@ def separation(s: Scene, a: Part, b: Part) -> Expr:
         first = largest(s, [0.0, middle - half, least(s, at_ends)])
         last = least(s, [size, middle + half, largest(s, at_ends)])
         t = 0.5 * (first + last)
-        inside = largest(s, [s.b.call("abs", z + t * lean) - drum.high, length(s, add(d, scale(t, flat))) - drum.r])
+        inside = largest(
+            s, [s.b.call("abs", z + t * lean) - drum.high, length(s, add(d, scale(t, flat))) - drum.r]
+        )
         found.append(s.b.select(s.b.call("notless", last, first), inside, AWAY))
     return least(s, found)
