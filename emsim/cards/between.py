@@ -8,6 +8,7 @@ from __future__ import annotations
 from . import pairs, supports, touch
 from .base import Card
 from .meeting import meetings, separation
+from .nearest import least
 from .resisting import Turning, turning
 from .supports import Meeting
 from .touch import Rigid, Touch
@@ -80,7 +81,14 @@ class Between(Turning, Card):
         assert a[2].solid is not None and b[2].solid is not None
         one, other = (*a[:2], a[2].solid), (*b[:2], b[2].solid)
         found = supports if one[2].normal or other[2].normal else pairs
-        self._touch(s, a, b, found.meetings(s, one, other))
+        meetings = found.meetings(s, one, other)
+        self._touch(s, a, b, meetings)
+        if found is pairs and pairs.watched(one[2], other[2]):
+            # an event where they come into each other, at which the places there are asked; deeper the run ends (gaps.py)
+            apart, size = least(s, pairs.separations(s, one, other)), max(one[2].size, other[2].size)
+            nearest = least(s, [apart, *(meeting.gap for meeting in meetings)])
+            s.b.flag(s.public(-1e-8 * size - nearest), None, f"{self.name} {a[0]} {b[0]} meet", -1)
+            s.b.flag(s.public(-1e-4 * size - apart), None, f"{self.name} overlaps", -1)
 
     def _refused(self, a: Part, b: Part) -> tuple[str, str] | None:
         """Why no two such shapes touch in space, and what does."""

@@ -18,7 +18,7 @@ from math import cos, pi, sin
 from .facets import Faceted
 from .kinematics import add, cross, dot, scale, subtract
 from .laws import Edge
-from .nearest import NOTHING, View, chosen, largest, meeting, root
+from .nearest import NOTHING, View, chosen, largest, least, meeting, root
 from .supports import AWAY, FEET, FLAT, held_number
 
 TYPE_CHECKING = False
@@ -94,11 +94,6 @@ def sign(s: Scene, e: Expr) -> Expr:
     return s.b.select(s.b.call("notless", e, 0.0), 1.0, -1.0)
 
 
-def least(s: Scene, values: Sequence[Scalar]) -> Expr:
-    zero = s.b.const(0.0)
-    return -largest(s, [zero - v for v in values])
-
-
 def on_rim(drum: Drum, lean: Expr, x: Expr, y: Expr) -> tuple[Expr, Expr, Expr]:
     """How far (x, y) is off a rim about the origin, seen along a way that leans so, and the normal there."""
     # next to nothing along the axis where it is seen edge on
@@ -172,6 +167,8 @@ class Cans:
         """How far a place is beyond the flats of B, but one by its number; below 0 in it."""
         s, found = self.s, []
         for j, (n, d) in enumerate(self.block.flats, 1):
+            if but == j:
+                continue
             own = s.b.call("notless", s.b.call("abs", s.b.const(float(j)) - but), 0.5)
             found.append(s.b.select(own, dot(n, p) - d, -AWAY))
         return largest(s, found)
@@ -303,7 +300,10 @@ class Cans:
             # where the edge goes through its plane
             t_through = t - z * lean / (lean * lean + NOTHING)
             _, rest = drum.split(subtract(add(q, scale(t_through, v)), drum.c))
-            inside = largest(s, [length(s, rest) - drum.r, -t_through, t_through - size])
+            # by less than where it ends
+            first, last = (drum.split(subtract(add(q, scale(u, v)), drum.c))[0] for u in (0.0, size))
+            depth = least(s, [s.b.call("abs", first), s.b.call("abs", last)])
+            inside = largest(s, [length(s, rest) - drum.r, -t_through, t_through - size, -gap - depth])
         else:
             inside = largest(s, [s.b.call("abs", z) - drum.high, length(s, rest) - drum.r])
         lies = s.b.select(over, least(s, [FLAT - s.b.call("abs", lean), drum.r - s.b.call("abs", y)]), -1.0)
@@ -358,6 +358,45 @@ class Cans:
 
         return self.two(f"along {end:g}", 1, lambda row, held, label: at(row), rows)
 
+    def cut_off(self, side: float) -> Expr:
+        """How far an end is from B: of its middle, and of the middles of chords in flats."""
+        s, drum = self.s, self.drum
+        middle = drum.end(side)
+        found = [self.outside(middle)]
+        for j, (n, d) in enumerate(self.block.flats, 1):
+            _, across = drum.split(n)
+            over = dot(n, middle) - d
+            square = s.b.const(NOTHING) + dot(across, across)
+            far = s.b.call("abs", over) / s.b.call("sqrt", square) - drum.r
+            at = subtract(middle, scale(over / square, across))
+            found.append(largest(s, [far, self.outside(at, float(j))]))
+        return least(s, found)
+
+    def pierced(self, side: Row) -> Expr:
+        """How far from the cylinder is what of an edge is as high as it, or the middle of what is in it."""
+        s, drum = self.s, self.drum
+        q, v, size = side[:3], side[3:6], side[6]
+        z, d = drum.split(subtract(q, drum.c))
+        lean, flat = drum.split(v)
+        if drum.thin:
+            end = z + size * lean
+            beside = s.b.call("notless", z * end, 0.0)
+            t = s.b.select(beside, 0.0, z / (z - end)) * size
+            depth = least(s, [s.b.call("abs", z), s.b.call("abs", end)])
+            return largest(s, [s.b.select(beside, 0.0, -depth), length(s, add(d, scale(t, flat))) - drum.r])
+        square = s.b.const(NOTHING) + dot(flat, flat)
+        middle = -dot(flat, d) / square
+        low = add(d, scale(middle, flat))
+        half = s.b.call("sqrt", largest(s, [(drum.r * drum.r - dot(low, low)) / square, 0.0]))
+        turned = lean + sign(s, lean) * NOTHING
+        ends = [(end - z) / turned for end in (-drum.high, drum.high)]
+        first = largest(s, [0.0, middle - half, least(s, ends)])
+        last = least(s, [size, middle + half, largest(s, ends)])
+        t = 0.5 * (first + last)
+        beside = length(s, add(d, scale(t, flat))) - drum.r
+        inside = largest(s, [s.b.call("abs", z + t * lean) - drum.high, beside])
+        return s.b.select(s.b.call("notless", last, first), inside, AWAY)
+
 
 def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
     """All places at which a cylinder or a disc, A, can touch a hull or a box."""
@@ -374,38 +413,7 @@ def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
 
 
 def separation(s: Scene, a: Part, b: Part) -> Expr:
-    """Below 0 they are in each other, by so much at the middle of what of an edge is in the cylinder, or at the place of a rim
-    that is furthest in the block; what has no edge in it has such a place."""
+    """Below 0 they are in each other: an edge is in the cylinder, or an end of that in the block, where no edge is its middle or
+    that of what a flat cuts off from it. By how much there."""
     cans = Cans(s, a, b)
-    drum, found = cans.drum, []
-    flats = [(*n, d) for n, d in cans.block.flats]
-    *n, _ = chosen(s, cans.flat, flats)
-    for side in drum.ends:
-        p, _ = drum.furthest(side, scale(-1.0, n))
-        found.append(cans.outside(p))
-    for row in cans.block.sides:
-        q, v, size = row[:3], row[3:6], row[6]
-        z, d = drum.split(subtract(q, drum.c))
-        lean, flat = drum.split(v)
-        if drum.thin:
-            end = z + size * lean
-            t = s.b.select(s.b.call("notless", z * end, 0.0), 0.0, z / (z - end)) * size
-            depth = s.b.select(
-                s.b.call("notless", z * end, 0.0), 0.0, least(s, [s.b.call("abs", z), s.b.call("abs", end)])
-            )
-            found.append(largest(s, [-depth, length(s, add(d, scale(t, flat))) - drum.r]))
-            continue
-        square = s.b.const(NOTHING) + dot(flat, flat)
-        middle = -dot(flat, d) / square
-        low = add(d, scale(middle, flat))
-        half = s.b.call("sqrt", largest(s, [(drum.r * drum.r - dot(low, low)) / square, 0.0]))
-        turned = lean + s.b.select(s.b.call("notless", lean, 0.0), NOTHING, -NOTHING)
-        at_ends = [(end - z) / turned for end in (-drum.high, drum.high)]
-        first = largest(s, [0.0, middle - half, least(s, at_ends)])
-        last = least(s, [size, middle + half, largest(s, at_ends)])
-        t = 0.5 * (first + last)
-        inside = largest(
-            s, [s.b.call("abs", z + t * lean) - drum.high, length(s, add(d, scale(t, flat))) - drum.r]
-        )
-        found.append(s.b.select(s.b.call("notless", last, first), inside, AWAY))
-    return least(s, found)
+    return least(s, [*(cans.cut_off(side) for side in cans.drum.ends), *map(cans.pierced, cans.block.sides)])

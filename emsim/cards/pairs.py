@@ -39,6 +39,12 @@ def unknown(a: str, one: Solid, b: str, other: Solid) -> tuple[str, str] | None:
     return None
 
 
+def watched(a: Solid, b: Solid) -> bool:
+    """Do places of touch come and go before they touch, so that a step could pass what is between?"""
+    kinds = {kind(a), kind(b)}
+    return "cylinder" in kinds and bool(kinds & {"box", "hull"})
+
+
 def ordered(a: Part, b: Part) -> tuple[Part, Part, str, str]:
     order = ("ball", "capsule", "box", "hull", "ellipsoid", "cylinder")
     a, b = sorted((a, b), key=lambda part: order.index(kind(part[2])))
