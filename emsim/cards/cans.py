@@ -193,33 +193,52 @@ class Cans:
         far = length(s, across)
         out, inward = scale(1.0 / far, across), subtract(self.middle, p)
         turned, beside = s.b.const(0.0) + dot(drum.k, inward), far - drum.r
+        label = self.names.format(f"corner {k + 1}")
+        held = held_number(s, z, label)
+        # it begins a little after an edge of it, or where that crosses the rim, has ended
+        begins = s.b.select(held, 0.0, 2.0 * self.tiny)
+        inner = s.b.call("notless", -begins, beside - self.tiny)
+        turned = s.b.select(inner, turned, 0.0)
         rows = [(z - drum.high, drum.k, turned), (-z - drum.high, scale(-1.0, drum.k), -turned)]
         rows.append((beside, out, s.b.const(0.0) + dot(out, inward)))
+        presses = [1.0, 1.0, self.parting(k, out) - 2.0 * begins / drum.r]
         ends = [row[0] for row in rows]
         if drum.thin:
             above = s.b.call("notless", self.facing(p, z, across), 0.0)
             ends[:2] = [s.b.select(above, z, -AWAY), s.b.select(above, -AWAY, -z)]
         best, name = s.b.const(-AWAY), s.b.const(0.0)
-        for j, (distance, (_, _, into)) in enumerate(zip(ends, rows, strict=True), 1):
+        for j, (distance, (_, _, into), can) in enumerate(zip(ends, rows, presses, strict=True), 1):
             # what the corner does not turn to counts where it is beyond alone: then it is off
             faces = s.b.call("notless", into, 0.0)
             off = s.b.select(s.b.call("notless", self.tiny, distance), -AWAY, distance)
             value = s.b.select(faces, distance, off)
             further = s.b.call("notless", value, best)
-            name = s.b.select(further, s.b.select(faces, float(j), -float(j)), name)
-            best = s.b.select(further, value, best)
-        label = self.names.format(f"corner {k + 1}")
-        held = held_number(s, z, label)
+            number = s.b.select(least(s, [faces, s.b.call("notless", can, 0.0)]), float(j), -float(j))
+            best, name = s.b.select(further, value, best), s.b.select(further, number, name)
         number = s.b.select(held, held, s.b.call("abs", name))
         gap, *normal = chosen(s, number, [(d, *n) for d, n, _ in rows])
         past = best - gap - self.tiny
+        past = s.b.select(s.b.call("notless", held, 2.5), largest(s, [past, -self.parting(k, out)]), past)
         over = s.b.call("abs", z) - drum.high
         apart = s.b.call("sqrt", NOTHING + over * over + beside * beside)
         apart = s.b.select(s.b.call("notless", 0.0, least(s, [over, beside])), gap, apart)
-        presses = s.b.select(s.b.call("notless", name, 0.0), name, 0.0)
-        stays = s.b.select(s.b.call("notless", 0.0, past), held, presses)
-        edge = Edge(held, s.b.select(held, stays, presses), past)
+        opens = s.b.select(s.b.call("notless", name, 0.0), name, 0.0)
+        # what an edge is about to hold touches nothing
+        apart = s.b.select(opens, apart, s.b.select(s.b.call("notless", apart, self.tiny), apart, AWAY))
+        stays = s.b.select(s.b.call("notless", 0.0, past), held, opens)
+        edge = Edge(held, s.b.select(held, stays, opens), past)
         return self.meet(label, s.b.select(held, gap, apart), scale(-1.0, normal), p, edge)
+
+    def parting(self, k: int, out: Way) -> Expr:
+        """How far the edges of a corner turn from the side there; one along the axis is as far from it as the corner."""
+        s, found = self.s, []
+        for (a, b, *_), side in zip(self.block.edges, self.block.sides, strict=True):
+            if k in (a, b):
+                way = side[3:6] if k == a else [-c for c in side[3:6]]
+                _, flat = self.drum.split(way)
+                level = s.b.call("notless", FLAT, length(s, flat))
+                found.append(s.b.select(level, 1.0, s.b.const(0.0) + dot(out, way)))
+        return least(s, found)
 
     def at_flat(self, number: Expr, q: Callable[[Expr, Way], tuple[Way, Expr]]) -> Near:
         """Of a flat, and a place of the cylinder that q finds for how the axis leans on its normal, with a condition."""
@@ -310,9 +329,10 @@ class Cans:
         leans = largest(s, [-dot(out, side[7:10]), -dot(out, side[10:13])])
         # level with a flat the side lies on it, and the rim's place on that is about to take over
         leans -= s.b.select(over, s.b.select(held, 0.0, -4.0 * self.tiny / drum.r), LEVEL)
+        ends = s.b.select(held, self.tiny, -2.0 * self.tiny)
         past = [
-            -t - self.tiny,
-            t - size - self.tiny,
+            -t - ends,
+            t - size - ends,
             leans,
             least(s, [-gap, inside]) - self.tiny,
             lies,
