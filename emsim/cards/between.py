@@ -84,11 +84,12 @@ class Between(Turning, Card):
         meetings = found.meetings(s, one, other)
         self._touch(s, a, b, meetings)
         if found is pairs and pairs.watched(one[2], other[2]):
-            # an event where they come into each other, at which the places there are asked; deeper the run ends (gaps.py)
+            # an event where they come into each other, at which the places there are asked; deeper the run ends (gaps.py). By an
+            # angle, which knows no more of what is far
             apart, size = least(s, pairs.separations(s, one, other)), max(one[2].size, other[2].size)
             nearest = least(s, [apart, *(meeting.gap for meeting in meetings)])
-            s.b.flag(s.public(-1e-8 * size - nearest), None, f"{self.name} {a[0]} {b[0]} meet", -1)
-            s.b.flag(s.public(-1e-4 * size - apart), None, f"{self.name} overlaps", -1)
+            for depth, gap, what in ((1e-8, nearest, f"{a[0]} {b[0]} meet"), (1e-4, apart, "overlaps")):
+                s.b.flag(s.public(-depth - s.b.call("atan", gap / size)), None, f"{self.name} {what}", -1)
 
     def _refused(self, a: Part, b: Part) -> tuple[str, str] | None:
         """Why no two such shapes touch in space, and what does."""
