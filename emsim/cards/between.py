@@ -89,7 +89,8 @@ class Between(Turning, Card):
             apart, size = least(s, pairs.separations(s, one, other)), max(one[2].size, other[2].size)
             nearest = least(s, [apart, *(meeting.gap for meeting in meetings)])
             for depth, gap, what in ((1e-8, nearest, f"{a[0]} {b[0]} meet"), (1e-4, apart, "overlaps")):
-                s.b.flag(s.public(-depth - s.b.call("atan", gap / size)), None, f"{self.name} {what}", -1)
+                into = s.public(0.0 - s.b.call("atan", gap / size))
+                s.b.flag(into - depth, into - 0.5 * depth, f"{self.name} {what}", -1)
 
     def _refused(self, a: Part, b: Part) -> tuple[str, str] | None:
         """Why no two such shapes touch in space, and what does."""

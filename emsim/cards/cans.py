@@ -1,4 +1,4 @@
-"""Where a cylinder or a thin disc meets a hull or a box in space: gaps and slips of CONTACT between shapes.
+"""Where a cylinder meets a hull or a box in space: gaps and slips of CONTACT between shapes.
 
     corner p at an end, at the side     gap = |a . (p - c)| - h,  |p - c, across a| - R      a the axis, h half the length
     rim at a flat n                     gap = n . q - d         q the place of the rim that is furthest against n; a rim that lies
@@ -7,8 +7,8 @@
     edge along the axis                 that of its places as high as either end
     edge that lies flat on an end       the two places at which it crosses the rim
 Each is one of two points of the parts, so none is less than the distance; below 0 it is where one of them is in the other part.
-Of edges two at a time touch. A disc is a cylinder of no length, of which a place is on the side that the block's middle is on,
-unless the way there is round the rim.
+Of edges two at a time touch. No two places take hold at one point: what takes over begins a little after the other has ended.
+Where a step would pass what comes and goes between, an event of the whole pair ends it (between.py, by `separation`).
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from .facets import Faceted
 from .kinematics import add, cross, dot, scale, subtract
 from .laws import Edge
 from .nearest import NOTHING, View, chosen, largest, least, meeting, root
+from .solids import SIGNS
 from .supports import AWAY, FEET, FLAT, held_number
 
 TYPE_CHECKING = False
@@ -38,14 +39,13 @@ LEVEL = 1e-7  # [rad] what leans by less is level
 
 
 class Drum:
-    """A cylinder or a disc in other axes: its middle c, its directions, the third along its axis."""
+    """A cylinder in other axes: its middle c, its directions, the third along its axis."""
 
     def __init__(self, s: Scene, part: Part, seen: View) -> None:
         self.s, self.view = s, View(s, part, own=True)
         self.x, self.y, self.k = (seen.turned(axis) for axis in self.view.axes)
         self.c = seen.local(self.view.centre)
-        self.r, self.thin = self.view.radius, len(self.view.solid.rims) < 2
-        self.high = 0.0 if self.thin else 0.5 * self.view.solid.sizes[1]
+        self.r, self.high = self.view.radius, 0.5 * self.view.solid.sizes[1]
 
     def split(self, d: Way) -> tuple[Expr, Way]:
         """How high along the axis, and the rest across it."""
@@ -54,21 +54,17 @@ class Drum:
 
     def end(self, side: Scalar) -> Way:
         """The middle of the end that is there, -1 or 1."""
-        return add(self.c, scale(side * self.high, self.k)) if self.high else self.c
+        return add(self.c, scale(side * self.high, self.k))
 
     def furthest(self, side: Scalar, n: Way) -> tuple[Way, Expr]:
         """Of a rim the place furthest along a unit vector, and how long that is across the axis."""
         _, across = self.split(n)
         size = length(self.s, across)
-        return add(self.end(side), scale(self.r / size, across)), size
+        return add(self.end(side), scale(self.r / divisor(self.s, size), across)), size
 
     def reach(self, n: Way) -> Expr:
         lean, across = self.split(n)
         return self.r * length(self.s, across) + self.high * self.s.b.call("abs", lean)
-
-    @property
-    def ends(self) -> tuple[float, ...]:
-        return (1.0,) if self.thin else (-1.0, 1.0)
 
     def foot(self, side: Scalar, number: int) -> Way:
         u, v = (self.r * way(2.0 * pi * number / FEET) for way in (cos, sin))
@@ -80,14 +76,22 @@ class Drum:
         lean = self.s.b.const(0.0) + dot(self.k, v)
         first = subtract(self.k, scale(lean, v))
         size = length(self.s, first)
-        first = scale(1.0 / size, first)
+        first = scale(1.0 / divisor(self.s, size), first)
         second = cross(v, first)
         d, zero = subtract(p, self.c), self.s.b.const(0.0)
-        return zero + dot(first, d), zero + dot(second, d), first, second, size, lean
+        # along the axis nothing is beside another, as far off as any number
+        along = self.s.b.call("notless", 0.5 * FLAT, size)
+        x, y = (self.s.b.select(along, self.r, zero + dot(way, d)) for way in (first, second))
+        return x, y, first, second, size, lean
 
 
 def length(s: Scene, v: Way) -> Expr:
     return s.b.call("sqrt", s.b.const(NOTHING) + dot(v, v))
+
+
+def divisor(s: Scene, e: Expr) -> Expr:
+    """What is divided by where it counts; where it is next to nothing no place is, and slopes stay small."""
+    return s.b.select(s.b.call("notless", 0.5 * FLAT, e), 1.0, e)
 
 
 def sign(s: Scene, e: Expr) -> Expr:
@@ -173,19 +177,6 @@ class Cans:
             found.append(s.b.select(own, dot(n, p) - d, -AWAY))
         return largest(s, found)
 
-    def facing(self, p: Way, z: Expr, across: Way) -> Expr:
-        """On which side of the ends a place is; of a disc that of the block's middle, unless the way there is round the rim."""
-        s = self.s
-        side = sign(s, z)
-        if not self.drum.thin:
-            return side
-        far, rest = self.drum.split(subtract(self.middle, self.drum.c))
-        other = s.b.call("notless", 0.0, z * far + NOTHING)
-        share = z / s.b.select(other, z - far, 1.0)
-        through = add(across, scale(share, subtract(rest, across)))
-        inside = s.b.call("notless", self.drum.r * self.drum.r - dot(through, through), 0.0)
-        return s.b.select(s.b.select(other, inside, 0.0), -side, side)
-
     def at_corner(self, k: int) -> Meeting:
         """Of B: at the upper end, the lower end, the side."""
         s, drum, p = self.s, self.drum, self.block.places[k]
@@ -201,13 +192,9 @@ class Cans:
         turned = s.b.select(inner, turned, 0.0)
         rows = [(z - drum.high, drum.k, turned), (-z - drum.high, scale(-1.0, drum.k), -turned)]
         rows.append((beside, out, s.b.const(0.0) + dot(out, inward)))
-        presses = [1.0, 1.0, self.parting(k, out) - 2.0 * begins / drum.r]
-        ends = [row[0] for row in rows]
-        if drum.thin:
-            above = s.b.call("notless", self.facing(p, z, across), 0.0)
-            ends[:2] = [s.b.select(above, z, -AWAY), s.b.select(above, -AWAY, -z)]
+        presses: list[Scalar] = [1.0, 1.0, self.parting(k, out) - 2.0 * begins / drum.r]
         best, name = s.b.const(-AWAY), s.b.const(0.0)
-        for j, (distance, (_, _, into), can) in enumerate(zip(ends, rows, presses, strict=True), 1):
+        for j, ((distance, _, into), can) in enumerate(zip(rows, presses, strict=True), 1):
             # what the corner does not turn to counts where it is beyond alone: then it is off
             faces = s.b.call("notless", into, 0.0)
             off = s.b.select(s.b.call("notless", self.tiny, distance), -AWAY, distance)
@@ -272,14 +259,12 @@ class Cans:
         q, v, size = side[:3], side[3:6], side[6]
         high, d = drum.split(subtract(q, drum.c))
         lean, flat = drum.split(v)
-        one = s.b.const(NOTHING) + dot(flat, flat)
+        one = divisor(s, s.b.const(0.0) + dot(flat, flat))
         middle = -dot(flat, d) / one
         low = add(d, scale(middle, flat))
         square = (drum.r * drum.r - dot(low, low)) / one
         half = s.b.call("sqrt", largest(s, [square, NOTHING]))
-        # the middle of what of it is within the rim
-        inner = 0.5 * (largest(s, [middle - half, 0.0]) + least(s, [middle + half, size]))
-        up = self.facing(add(q, scale(inner, v)), high + inner * lean, add(d, scale(inner, flat)))
+        up = sign(s, high + middle * lean)
         turned = up * dot(drum.k, add(side[7:10], side[10:13]))
         flat_on = largest(s, [s.b.call("abs", lean) - FLAT, -square, LEVEL - turned])
         found = []
@@ -303,28 +288,21 @@ class Cans:
         beyond = s.b.call("abs", x) - drum.high * across
         before, beside = sign(s, x), sign(s, y)
         over = s.b.call("notless", beyond, 0.0)
-        if label and not drum.thin:
+        if label:
             over = s.b.flag(s.public(beyond), None, f"{label} over", -1)
         far, u, w = on_rim(drum, lean, s.b.select(over, beyond, 0.0), y)
         gap = s.b.select(over, far, beside * y - drum.r)
         out = add(scale(s.b.select(over, before * u, 0.0), first), scale(s.b.select(over, w, beside), second))
         at, _ = drum.furthest(before, out)
-        up = x / across
+        up = x / divisor(s, across)
         beside_at = add(drum.c, scale(up, drum.k))
         at = [s.b.select(over, a, b) for a, b in zip(at, beside_at, strict=True)]
         t = s.b.const(0.0) + dot(v, subtract(at, q))
         place = add(q, scale(t, v))
         z, rest = drum.split(subtract(place, drum.c))
-        if drum.thin:
-            # where the edge goes through its plane
-            t_through = t - z * lean / (lean * lean + NOTHING)
-            _, rest = drum.split(subtract(add(q, scale(t_through, v)), drum.c))
-            # by less than where it ends
-            first, last = (drum.split(subtract(add(q, scale(u, v)), drum.c))[0] for u in (0.0, size))
-            depth = least(s, [s.b.call("abs", first), s.b.call("abs", last)])
-            inside = largest(s, [length(s, rest) - drum.r, -t_through, t_through - size, -gap - depth])
-        else:
-            inside = largest(s, [s.b.call("abs", z) - drum.high, length(s, rest) - drum.r])
+        # what is in the side by less than in the end
+        end = s.b.call("abs", z) - drum.high
+        inside = largest(s, [s.b.select(over, end, end - gap), length(s, rest) - drum.r])
         lies = s.b.select(over, least(s, [FLAT - s.b.call("abs", lean), drum.r - s.b.call("abs", y)]), -1.0)
         leans = largest(s, [-dot(out, side[7:10]), -dot(out, side[10:13])])
         # level with a flat the side lies on it, and the rim's place on that is about to take over
@@ -368,7 +346,7 @@ class Cans:
             q, v, size = side[:3], side[3:6], side[6]
             high, d = drum.split(subtract(q, drum.end(end)))
             lean, flat = drum.split(v)
-            t = -high * lean / (lean * lean + NOTHING)
+            t = -high * lean / divisor(s, lean * lean)
             away = add(d, scale(t, flat))
             far = length(s, away)
             out = scale(1.0 / far, away)
@@ -387,7 +365,7 @@ class Cans:
             _, across = drum.split(n)
             over = dot(n, middle) - d
             square = s.b.const(NOTHING) + dot(across, across)
-            far = s.b.call("abs", over) / s.b.call("sqrt", square) - drum.r
+            far = s.b.call("abs", over) - drum.r * s.b.call("sqrt", square)
             at = subtract(middle, scale(over / square, across))
             found.append(largest(s, [far, self.outside(at, float(j))]))
         return least(s, found)
@@ -398,12 +376,6 @@ class Cans:
         q, v, size = side[:3], side[3:6], side[6]
         z, d = drum.split(subtract(q, drum.c))
         lean, flat = drum.split(v)
-        if drum.thin:
-            end = z + size * lean
-            beside = s.b.call("notless", z * end, 0.0)
-            t = s.b.select(beside, 0.0, z / (z - end)) * size
-            depth = least(s, [s.b.call("abs", z), s.b.call("abs", end)])
-            return largest(s, [s.b.select(beside, 0.0, -depth), length(s, add(d, scale(t, flat))) - drum.r])
         square = s.b.const(NOTHING) + dot(flat, flat)
         middle = -dot(flat, d) / square
         low = add(d, scale(middle, flat))
@@ -419,15 +391,15 @@ class Cans:
 
 
 def meetings(s: Scene, a: Part, b: Part) -> list[Meeting]:
-    """All places at which a cylinder or a disc, A, can touch a hull or a box."""
+    """All places at which a cylinder, A, can touch a hull or a box."""
     cans = Cans(s, a, b)
     found = [cans.at_corner(k) for k in range(len(cans.block.places))]
-    found += [cans.rim(side) for side in cans.drum.ends]
+    found += [cans.rim(side) for side in SIGNS]
     found += [cans.foot(k) for k in range(FEET)]
     for k in range(len(cans.block.sides)):
         found += cans.lying(k)
     found += cans.edges()
-    for side in () if cans.drum.thin else cans.drum.ends:
+    for side in SIGNS:
         found += cans.along(side)
     return found
 
@@ -436,4 +408,4 @@ def separation(s: Scene, a: Part, b: Part) -> Expr:
     """Below 0 they are in each other: an edge is in the cylinder, or an end of that in the block, where no edge is its middle or
     that of what a flat cuts off from it. By how much there."""
     cans = Cans(s, a, b)
-    return least(s, [*(cans.cut_off(side) for side in cans.drum.ends), *map(cans.pierced, cans.block.sides)])
+    return least(s, [*(cans.cut_off(side) for side in SIGNS), *map(cans.pierced, cans.block.sides)])

@@ -1,6 +1,7 @@
 """Which convex solids meet each other in space by which rule: pairs of CONTACT but for those with a plane (supports.py).
 
 a ball and any                         nearest.py
+a cylinder and a box or hull           cans.py
 a capsule and a capsule, box or hull   capsules.py
 hulls and boxes                        facets.py
 """
@@ -32,8 +33,13 @@ def unknown(a: str, one: Solid, b: str, other: Solid) -> tuple[str, str] | None:
         return None
     for name, solid in ((a, one), (b, other)):
         hint = f"SHAPE {name}2 {name} hull(x1,y1,z1,..), capsule(l,r) or ball(r) in its place"
-        if kind(solid) == "cylinder" and not kinds & {"box", "hull"}:
-            return f"{solid.kind}(..) touches planes, balls and capsules", hint
+        if solid.kind == "cylinder" and not kinds & {"box", "hull"}:
+            return "cylinder(..) touches planes, balls, capsules, boxes and hulls", hint
+        if solid.kind == "disc":
+            return (
+                "disc(..) touches planes, balls and capsules",
+                "cylinder(r,h) as thick as it is, where the other is a box or a hull",
+            )
         if kinds == {"ellipsoid"} and solid.semi and max(solid.semi) > 10.0 * min(solid.semi):
             return "of two ellipsoids half-axes go up to 10 to 1", hint
     return None

@@ -1,5 +1,5 @@
-"""Cylinders on boxes and hulls in space: gaps and normals by distances that are found otherwise, what stands, tips, rolls and falls
-by closed forms and an own integration, the energy, any order of cards."""
+"""Cylinders on boxes and hulls in space: gaps and normals by distances that are found otherwise, what stands, tips, rolls and
+falls by closed forms and an own integration, the energy, any order of cards."""
 
 from __future__ import annotations
 
@@ -85,10 +85,9 @@ def test_it_is_thrown_back_along_the_normal(kind):
     for _ in range(5):
         (turn, way), (other, _) = pose(rng), pose(rng)
         at = way / np.linalg.norm(way) * 0.6
-        speed = -at + np.array([rng.uniform(-0.05, 0.05) for _ in range(3)])
+        speed = -at + np.array([rng.uniform(-0.02, 0.02) for _ in range(3)])
         moves = " ".join(f"v{n}={v!r}" for n, v in zip("xyz", speed.tolist(), strict=True))
-        still = placed("b", kind, np.zeros(3), other).replace("BODY b m=1", "SHAPE f 0").replace("shape=", "")
-        still = still.split(" com=")[0] + f" rot=({','.join(map(repr, other.tolist()))})"
+        still = f"SHAPE f 0 {card(kind)} rot=({','.join(map(repr, other.tolist()))})"
         thrown = placed("a", "cylinder", at, turn, moves).replace("j=(1,1,1)", "j=(1e9,1e9,1e9)")
         saved = "x(a) y(a) z(a) vx(a) vy(a) vz(a) hits(c)"
         r = emsim.run(
@@ -108,7 +107,7 @@ TABLE = "SHAPE f 0 box(1,0.2,1) at=(0,-0.1,0)"
 
 def tilted(cards: str, angle: float, until: float, save: str):
     """The same with the floor tilted down towards +x."""
-    down = f".gravity {G * np.sin(angle)!r} {-G * np.cos(angle)!r} 0"
+    down = f".gravity {float(G * np.sin(angle))!r} {float(-G * np.cos(angle))!r} 0"
     return emsim.run(
         f"t\n{down}\n{cards}\n.options reltol=1e-7\n.tran 5m {until}\n.save energy() {save}\n.end\n"
     )
@@ -127,8 +126,8 @@ def test_a_can_tips_over_its_rim(part):
 @pytest.mark.parametrize(("off", "stands"), [(-0.004, True), (0.004, False)])
 def test_a_can_stands_on_the_edge_of_a_table_while_its_middle_does(off, stands):
     """Its end goes over the edge between two of its places: the crossings of edge and rim carry it."""
-    body = f"BODY b m=2 shape=cylinder(0.05,0.1) x={0.5 + off} y=0.05 rot=({np.pi / 2!r},0,0.2)"
-    r = run(f"{TABLE}\n{body}\nCONTACT c all e=0 mu=1".replace(",0,0.2)", ",0,0)"), 0.5, "y(b) force(c)")
+    body = f"BODY b m=2 shape=cylinder(0.05,0.1) x={0.5 + off} y=0.05 {UP}"
+    r = run(f"{TABLE}\n{body}\nCONTACT c all e=0 mu=1", 0.5, "y(b) force(c)")
     if stands:
         assert r["y(b)"][-1] == pytest.approx(0.05, abs=1e-8)
         assert r["force(c)"][-1] == pytest.approx(2 * G, rel=1e-6)
@@ -147,8 +146,8 @@ def test_a_can_rolls_down_the_face_of_a_box(deep):
 
 
 def test_a_can_rolls_over_the_edge_of_a_table():
-    """Without slip, it turns about the edge: a'' = 2/3 g/r sin a, of three tolerances, and leaves it at cos a = 4/7 of that at the
-    start."""
+    """Without slip, it turns about the edge: a'' = 2/3 g/r sin a, of three tolerances, and leaves it at cos a = 4/7 of that at
+    the start."""
     radius, start = 0.05, 0.3
 
     def leaves(_: float, y: np.ndarray) -> float:
@@ -165,7 +164,7 @@ def test_a_can_rolls_over_the_edge_of_a_table():
     )
     angle, rate = found.y[:, -1]
     assert np.cos(angle) == pytest.approx(4 / 7 * np.cos(start), rel=1e-9)
-    where = f"x={0.5 + radius * np.sin(start)!r} y={radius * np.cos(start)!r}"
+    where = f"x={float(0.5 + radius * np.sin(start))!r} y={float(radius * np.cos(start))!r}"
     errors = []
     for reltol in (1e-4, 1e-6, 1e-8):
         deck = f"{TABLE}\nBODY b m=0.7 shape=cylinder({radius},0.1) {where}\nCONTACT c all e=0 mu=50"
