@@ -31,9 +31,7 @@ def closed(assembly: Assembly, waves: Waveforms, names: Sequence[str]) -> Diagno
         name, _, what = assembly.system.flag_names[index].partition(" ")
         if on and what == "overlaps":
             said = f"parts of CONTACT {name} are in each other from t = {t:.6g} s on: no edge stops what meets corner to corner"
-            hint = "a disc(r) at such a corner is exact; at a loose tolerance a smaller reltol"
-            if machine.in_space:
-                hint = "a smaller reltol, or another start: a corner that meets a rim in one point is at neither"
+            hint = "at a loose tolerance a smaller reltol; in the plane a disc(r) at such a corner is exact"
             return Diagnostic("error", "E415", said, machine.couplings[name].span, hint)
     cards = (c for c in machine.couplings.values() if isinstance(c, Transducer) and c.form != "k")
     return next((found for card in cards if (found := _of(assembly, card, waves, names))), None)

@@ -8,8 +8,8 @@ from __future__ import annotations
 from . import pairs, supports, touch
 from .base import Card
 from .meeting import meetings, separation
-from .nearest import least
 from .resisting import Turning, turning
+from .solids import SOLIDS
 from .supports import Meeting
 from .touch import Rigid, Touch
 
@@ -20,10 +20,6 @@ if TYPE_CHECKING:
     from .base import Probes, Scene
     from .meeting import Part
     from .shapes import Shape
-
-SOLIDS = (
-    "box(w,h,d), capsule(l,r), cylinder(r,h), ball(r), ellipsoid(a,b,c), hull(x1,y1,z1,..), plane(nx,ny,nz)"
-)
 
 
 class Between(Turning, Card):
@@ -81,16 +77,9 @@ class Between(Turning, Card):
         assert a[2].solid is not None and b[2].solid is not None
         one, other = (*a[:2], a[2].solid), (*b[:2], b[2].solid)
         found = supports if one[2].normal or other[2].normal else pairs
-        meetings = found.meetings(s, one, other)
-        self._touch(s, a, b, meetings)
-        if found is pairs and pairs.watched(one[2], other[2]):
-            # an event where they come into each other, at which the places there are asked; deeper the run ends (gaps.py). By an
-            # angle, which knows no more of what is far
-            apart, size = least(s, pairs.separations(s, one, other)), max(one[2].size, other[2].size)
-            nearest = least(s, [apart, *(meeting.gap for meeting in meetings)])
-            for depth, gap, what in ((1e-8, nearest, f"{a[0]} {b[0]} meet"), (1e-4, apart, "overlaps")):
-                into = s.public(0.0 - s.b.call("atan", gap / size))
-                s.b.flag(into - depth, into - 0.5 * depth, f"{self.name} {what}", -1)
+        self._touch(s, a, b, places := found.meetings(s, one, other))
+        if found is pairs:
+            pairs.watch(s, self.name, one, other, places)
 
     def _refused(self, a: Part, b: Part) -> tuple[str, str] | None:
         """Why no two such shapes touch in space, and what does."""

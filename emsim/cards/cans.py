@@ -13,6 +13,7 @@ Where a step would pass what comes and goes between, an event of the whole pair 
 
 from __future__ import annotations
 
+from functools import partial
 from math import cos, pi, sin
 
 from .facets import Faceted
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
     # the gap, the normal from the block to the cylinder, the place, and above 0 where they are not nearest there
     Near = tuple[Expr, Way, Way, Expr]
     Row = Sequence[Expr | float]
-
-LEVEL = 1e-7  # [rad] what leans by less is level
 
 
 class Drum:
@@ -131,6 +130,10 @@ def least_of(
     return found
 
 
+def _given(near: Near, _: Expr) -> Near:
+    return near
+
+
 class Cans:
     """A cylinder A and a hull or a box B in the axes of B's body."""
 
@@ -190,6 +193,7 @@ class Cans:
         begins = s.b.select(held, 0.0, 2.0 * self.tiny)
         inner = s.b.call("notless", -begins, beside - self.tiny)
         turned = s.b.select(inner, turned, 0.0)
+        rows: list[tuple[Expr, Way, Expr]]
         rows = [(z - drum.high, drum.k, turned), (-z - drum.high, scale(-1.0, drum.k), -turned)]
         rows.append((beside, out, s.b.const(0.0) + dot(out, inward)))
         presses: list[Scalar] = [1.0, 1.0, self.parting(k, out) - 2.0 * begins / drum.r]
@@ -266,18 +270,18 @@ class Cans:
         half = s.b.call("sqrt", largest(s, [square, NOTHING]))
         up = sign(s, high + middle * lean)
         turned = up * dot(drum.k, add(side[7:10], side[10:13]))
-        flat_on = largest(s, [s.b.call("abs", lean) - FLAT, -square, LEVEL - turned])
+        flat_on = largest(s, [s.b.call("abs", lean) - FLAT, -square, 1e-7 - turned])
         found = []
         for which in (-1.0, 1.0):
             t = middle + which * half
-            near = (
+            near: Near = (
                 up * (high + lean * t) - drum.high,
                 scale(-up, drum.k),
                 add(q, scale(t, v)),
                 largest(s, [flat_on, -t - self.tiny, t - size - self.tiny]),
             )
             label = f"edge {k + 1} {'out' if which > 0.0 else 'in'}"
-            found.append(self.place(label, 1.0, lambda _, near=near: near))
+            found.append(self.place(label, 1.0, partial(_given, near)))
         return found
 
     def at_edge(self, side: Row, held: Expr | float, label: str = "") -> Near:
@@ -306,7 +310,7 @@ class Cans:
         lies = s.b.select(over, least(s, [FLAT - s.b.call("abs", lean), drum.r - s.b.call("abs", y)]), -1.0)
         leans = largest(s, [-dot(out, side[7:10]), -dot(out, side[10:13])])
         # level with a flat the side lies on it, and the rim's place on that is about to take over
-        leans -= s.b.select(over, s.b.select(held, 0.0, -4.0 * self.tiny / drum.r), LEVEL)
+        leans -= s.b.select(over, s.b.select(held, 0.0, -4.0 * self.tiny / drum.r), 1e-7)
         ends = s.b.select(held, self.tiny, -2.0 * self.tiny)
         past = [
             -t - ends,
@@ -350,8 +354,8 @@ class Cans:
             away = add(d, scale(t, flat))
             far = length(s, away)
             out = scale(1.0 / far, away)
-            past = [length(s, flat) - FLAT, -t - self.tiny, t - size - self.tiny]
-            past += [-dot(out, side[j : j + 3]) - LEVEL for j in (7, 10)]
+            past: list[Scalar] = [length(s, flat) - FLAT, -t - self.tiny, t - size - self.tiny]
+            past += [-dot(out, side[j : j + 3]) - 1e-7 for j in (7, 10)]
             return far - drum.r, scale(-1.0, out), add(q, scale(t, v)), largest(s, past)
 
         return self.two(f"along {end:g}", 1, lambda row, held, label: at(row), rows)

@@ -9,7 +9,7 @@ hulls and boxes                        facets.py
 from __future__ import annotations
 
 from . import cans, capsules, drums, eggs, facets, ovals
-from .nearest import Body, Target
+from .nearest import Body, Target, least
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -45,12 +45,6 @@ def unknown(a: str, one: Solid, b: str, other: Solid) -> tuple[str, str] | None:
     return None
 
 
-def watched(a: Solid, b: Solid) -> bool:
-    """Do places of touch come and go before they touch, so that a step could pass what is between?"""
-    kinds = {kind(a), kind(b)}
-    return "cylinder" in kinds and bool(kinds & {"box", "hull"})
-
-
 def ordered(a: Part, b: Part) -> tuple[Part, Part, str, str]:
     order = ("ball", "capsule", "box", "hull", "ellipsoid", "cylinder")
     a, b = sorted((a, b), key=lambda part: order.index(kind(part[2])))
@@ -81,3 +75,17 @@ def separations(s: Scene, a: Part, b: Part) -> list[Expr]:
     if first == "ball" or second in ("capsule", "ellipsoid", "cylinder"):
         return []
     return [(capsules if first == "capsule" else facets).separation(s, one, other)]
+
+
+def watch(s: Scene, name: str, a: Part, b: Part, meetings: list[Meeting]) -> None:
+    """Of a card by its name: of parts whose places of touch come and go before they touch, so that a step could pass what is
+    between. An event where they come into each other, at which the places there are asked; deeper the run ends (gaps.py)."""
+    _, _, first, second = ordered(a, b)
+    if second != "cylinder" or first not in ("box", "hull"):
+        return
+    apart, size = least(s, separations(s, a, b)), max(a[2].size, b[2].size)
+    nearest = least(s, [apart, *(meeting.gap for meeting in meetings)])
+    for depth, gap, what in ((1e-8, nearest, f"{a[0]} {b[0]} meet"), (1e-4, apart, "overlaps")):
+        # by an angle: how well it is known does not hang on what is far
+        into = s.public(0.0 - s.b.call("atan", gap / size))
+        s.b.flag(into - depth, into - 0.5 * depth, f"{name} {what}", -1)
