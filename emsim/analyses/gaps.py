@@ -37,7 +37,7 @@ def closed(assembly: Assembly, waves: Waveforms, names: Sequence[str]) -> Diagno
     for t, index, on in waves.events:
         said = overlapping(flag := assembly.system.flag_names[index]) if on else None
         if said:
-            hint = "a disc(r) at such a corner is exact; at a loose tolerance a smaller reltol"
+            hint = "at a loose tolerance a smaller reltol; in the plane a disc(r) at such a corner is exact"
             span = machine.span_of(flag.split()[0])
             return Diagnostic("error", "E415", f"{said}; first at t = {t:.6g} s", span, hint)
     cards = (c for c in machine.couplings.values() if isinstance(c, Transducer) and c.form != "k")

@@ -41,7 +41,7 @@ APART = (
     "emsim/engine/foreign/src/", "emsim/engine/dae/src/devices/foreign.rs", "emsim/engine/src/py/foreign.rs",
     "emsim/build_unit.py", "emsim/environments/", "emsim/gradients/", "emsim/differentiable.py", "emsim/jax.py", "emsim/torch.py",
     "emsim/elements/added.py", "emsim/elements/public.py", "emsim/cli/models.py",
-    "emsim/cards/capsules.py", "emsim/cards/drums.py", "emsim/cards/eggs.py", "emsim/cards/facets.py",
+    "emsim/cards/cans.py", "emsim/cards/capsules.py", "emsim/cards/drums.py", "emsim/cards/eggs.py", "emsim/cards/facets.py",
     "emsim/cards/hulls.py", "emsim/cards/nearest.py", "emsim/cards/ovals.py", "emsim/cards/pairs.py",
     "emsim/cards/solids.py", "emsim/cards/supports.py", "emsim/outputs/glyphs/body.py", "emsim/engine/dae/src/tangent/",
     "emsim/assemble/domains.py", "emsim/cards/domains/", "emsim/cards/resisting.py",

@@ -247,7 +247,7 @@ def test_the_hull_of_a_file_is_touched(tmp_path):
         ("SHAPE q 0 plane(0,0,0)\nBODY b m=1 shape=ball(1)\nCONTACT c b q e=0", "three components of its normal"),
         (
             "BODY b m=1 shape=ellipsoid(1,2,3) y=9\nBODY d m=1 shape=cylinder(1,1) y=4\nCONTACT c b d e=0",
-            "touches planes, balls and capsules",
+            "touches planes, balls, capsules, boxes and hulls",
         ),
         (
             f"BODY b m=1 shape={BRICK} y=9\nBODY d m=1 shape={BRICK} y=4\nCONTACT c b d k=1k",
