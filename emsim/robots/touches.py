@@ -11,6 +11,7 @@ from __future__ import annotations
 from math import pi
 from os.path import dirname, join
 
+from ..cards import hulls
 from . import geometry, meshes
 from .geometry import Pose
 from .mjcf_words import MAIN, WORDS
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from .xml import Element
 
 FRICTION = (1.0, 0.005, 0.0001)  # sliding, drilling, rolling (XMLreference, geom/friction)
-MOST = 100  # corners of a hull
 SHOULD = (
     "emsim import --contacts writes a SHAPE for each and a CONTACT for each pair; or write a STOP in the deck"
 )
@@ -161,8 +161,8 @@ class Touches:
         except QhullError:
             self.sink.error("E537", f"{file} has no volume: nothing touches it", at)
             return None
-        if len(corners) > MOST:
-            said = f"the hull of {file} has {len(corners)} corners: contacts of up to {MOST} are imported"
+        if len(corners) > hulls.MOST:
+            said = f"the hull of {file} has {len(corners)} corners: contacts of up to {hulls.MOST} are imported"
             self.sink.error(
                 "E532", said, at, "give the geom a mesh of fewer, a box or a capsule, for what touches"
             )
