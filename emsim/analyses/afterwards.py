@@ -378,14 +378,10 @@ def _amplified(assembly: Assembly, run: Run) -> None:
             if apart > KNOWN * asked * size and apart > worst * span:
                 worst, at, name = apart / span, run.waves.value(i, 0), names[k]
     if worst > SHARE:
-        assembly.flat.sink.warning(
-            "W417",
-            f"the motion amplifies errors {worst / asked:.2g}-fold: with reltol={reltol:g} in place of {asked:g}, {name} differs "
-            f"by {100 * worst:.2g} % of its range at t = {at:.4g} s",
-            None,
-            f"take a smaller reltol, {reltol / 100:g} for instance, until nothing changes; a chaotic motion is known for a while "
-            "only",
-        )
+        said = f"the motion amplifies errors {worst / asked:.2g}-fold: with reltol={reltol:g} in place of {asked:g}, {name} "
+        said += f"differs by {100 * worst:.2g} % of its range at t = {at:.4g} s"
+        hint = f"take a smaller reltol, {reltol / 100:g} for instance, until nothing changes; chaos is known for a while only"
+        assembly.flat.sink.warning("W417", said, None, hint)
 
 
 def driven_linkage(assembly: Assembly, run: Run) -> str:
@@ -423,13 +419,10 @@ def _openings(assembly: Assembly, run: Run) -> None:
         row = openings.get(names[index]) if value else None
         if row is not None and row.owner not in said:
             said.add(row.owner)
-            assembly.flat.sink.warning(
-                "W413",
-                f"the loop closed by {row.owner} has come open, first at t = {t:.6g} s: what it holds in its direction "
-                f"`{row.label}` followed from the other joints where the machine starts, and does not any more",
-                assembly.machine.span_of(row.owner),
-                "start it in another pose, away from a change point: ic= or guess= a little aside",
-            )
+            text = f"the loop closed by {row.owner} has come open, first at t = {t:.6g} s: what it holds in its direction "
+            text += f"`{row.label}` followed from the other joints where the machine starts, and does not any more"
+            hint = "start it in another pose, away from a change point: ic= or guess= a little aside"
+            assembly.flat.sink.warning("W413", text, assembly.machine.span_of(row.owner), hint)
 
 
 def _pulls(assembly: Assembly, run: Run, over_time: bool) -> None:

@@ -20,6 +20,13 @@ NEAR = 0.05  # of the way gone: so near to the zero of the gap, a run that faile
 SEARCH = 60  # steps of Newton's method
 
 
+def overlapping(flag: str) -> str | None:
+    """What is wrong from where the flag of this name turns to 1; None of other flags."""
+    name, _, what = flag.partition(" ")
+    said = f"parts of CONTACT {name} are in each other: no edge stops what meets corner to corner"
+    return said if what == "overlaps" else None
+
+
 def closed(assembly: Assembly, waves: Waveforms, names: Sequence[str]) -> Diagnostic | None:
     """The first gap found closed: crossed, or reached by a run that failed."""
     from ..cards.transducer import Transducer
@@ -28,11 +35,11 @@ def closed(assembly: Assembly, waves: Waveforms, names: Sequence[str]) -> Diagno
     if machine is None or waves.rows < 2:
         return None
     for t, index, on in waves.events:
-        name, _, what = assembly.system.flag_names[index].partition(" ")
-        if on and what == "overlaps":
-            said = f"parts of CONTACT {name} are in each other from t = {t:.6g} s on: no edge stops what meets corner to corner"
-            hint = "a disc(r) at such a corner is exact; at a loose tolerance a smaller reltol"
-            return Diagnostic("error", "E415", said, machine.couplings[name].span, hint)
+        said = overlapping(flag := assembly.system.flag_names[index]) if on else None
+        if said:
+            hint = "at a loose tolerance a smaller reltol; in the plane a disc(r) at such a corner is exact"
+            span = machine.span_of(flag.split()[0])
+            return Diagnostic("error", "E415", f"{said}; first at t = {t:.6g} s", span, hint)
     cards = (c for c in machine.couplings.values() if isinstance(c, Transducer) and c.form != "k")
     return next((found for card in cards if (found := _of(assembly, card, waves, names))), None)
 
@@ -75,15 +82,11 @@ def _of(assembly: Assembly, card: Transducer, waves: Waveforms, names: Sequence[
 
 def _said(card: Transducer, coordinate: str, pole: float, unit: str, t: float) -> Diagnostic:
     what = "capacitance" if card.charge_like else "inductance"
-    return Diagnostic(
-        "error",
-        "E415",
-        f"the gap of TRANSDUCER `{card.name}` has closed at t = {t:.6g} s: {coordinate} reached {pole:.6g} {unit}, where its "
-        f"{what} has no finite positive value",
-        card.place(card.form),
-        f"nothing holds {card.joint.name} off: a stop before {pole:.6g} {unit} (STOP with min= or max= and k=), "
-        f"or a weaker field; what is recorded behind that time is no motion",
-    )
+    said = f"the gap of TRANSDUCER `{card.name}` has closed at t = {t:.6g} s: {coordinate} reached {pole:.6g} {unit}"
+    hint = f"nothing holds {card.joint.name} off: a stop before {pole:.6g} {unit} (STOP with min= or max= and k=), or a weaker "
+    hint += "field; what is recorded behind that time is no motion"
+    said += f", where its {what} has no finite positive value"
+    return Diagnostic("error", "E415", said, card.place(card.form), hint)
 
 
 def _crossing(value: Callable[[float], float], low: float, high: float) -> float:

@@ -13,7 +13,7 @@ momentum expressions too: d/dt p + F of such a motion is the force that keeps it
 
 from __future__ import annotations
 
-from . import laws
+from . import alike, laws
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def contribute(m: Mechanism) -> None:
     drift: list[Expr] = [b.const(0.0)] * len(us)
     drifts = m.row_rates(m.rows)
     if m.rows or m.laws:
-        rates, positions = laws.powers(m)
+        rates, positions = alike.powers(m, [law for _, law in m.laws])
         for row, rate in zip(m.rows, drifts, strict=True):
             rates = rates + b.x(row.row) * rate
             if not row.of_speeds:

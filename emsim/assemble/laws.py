@@ -12,10 +12,12 @@ from __future__ import annotations
 
 from ..cards.kinematics import dot
 from ..cards.touch import NOTHING
-from . import bonds
+from . import alike, bonds
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from .._engine import Builder, Expr
     from ..cards.base import Card
     from ..cards.laws import Law
@@ -25,20 +27,26 @@ if TYPE_CHECKING:
 SLOW = 1e-12  # [m/s] of a direction at rest
 
 
-def allocate(m: Mechanism, card: Card) -> None:
-    """Unknowns and flags of a card's laws; the card may read them from now on."""
+def allocate(m: Mechanism, cards: Sequence[Card]) -> None:
+    """Unknowns and flags of the cards' laws; the cards may read them from now on."""
+    found = [(card, card.laws(m)) for card in cards]
+    for card, laws in found:
+        for k, law in enumerate(laws, 1):
+            label = f"{card.name},{k}"
+            law.row = m.b.unknown(f"lambda({label})", "lambda", law.unit, 0.0)
+            law.effort = m.b.x(law.row)
+            if law.gap is not None:
+                law.second = m.b.unknown(f"mu({label})", "mu", "", 0.0)
+    alike.share(m, [law for _, laws in found for law in laws])
+    for card, laws in found:
+        if laws and laws[0].form == "bond":
+            bonds.allocate(m, card, laws)  # type: ignore[arg-type]
+        else:
+            _flags(m, card, laws)
+
+
+def _flags(m: Mechanism, card: Card, laws: Sequence[Law]) -> None:
     b = m.b
-    laws = card.laws(m)
-    for k, law in enumerate(laws):
-        label = f"{card.name},{k + 1}"
-        law.row = b.unknown(f"lambda({label})", "lambda", law.unit, 0.0)
-        law.effort = b.x(law.row)
-        if law.gap is not None:
-            law.second = b.unknown(f"mu({label})", "mu", "", 0.0)
-            law.flow = m.rate(b.const(0.0) + law.gap)
-    if laws and laws[0].form == "bond":
-        bonds.allocate(m, card, laws)  # type: ignore[arg-type]
-        return
     for k, law in enumerate(laws):
         assert law.flow is not None
         flow, way = m.public(law.flow), None
@@ -122,17 +130,6 @@ def _size(b: Builder, *parts: Expr) -> Expr:
 def _bounded_by(law: Law) -> tuple[int, float, float] | None:
     """The unknown by whose effort it is bounded, mu and mus."""
     return law.normal and (law.normal[0].row, *law.normal[1:])
-
-
-def powers(m: Mechanism) -> tuple[Expr, Expr]:
-    """f w of all laws, and mu g of corners, efforts and mu to be held while they are differentiated."""
-    rates = positions = m.b.const(0.0)
-    for _, law in m.laws:
-        assert law.flow is not None
-        rates = rates + law.effort * law.flow
-        if law.gap is not None:
-            positions = positions + m.b.x(law.second) * law.gap
-    return rates, positions
 
 
 def contribute(m: Mechanism) -> None:

@@ -25,6 +25,7 @@ from ..cards.joints.free import FreeInSpace
 from ..cards.kinematics import constant, dot, is_zero, subtract
 from ..elements.base import BOLTZMANN, ZERO_CELSIUS
 from . import (
+    alike,
     closing,
     coordinates,
     equations,
@@ -102,8 +103,7 @@ class Machine(Mechanism):
             return
         equations.multipliers(self)
         self._undetermined_reactions()
-        for card in self.active:
-            laws.allocate(self, card)
+        laws.allocate(self, [*self.active])
         self._check_gaps()
         self._watch_redundant()
         self._locked_note()
@@ -360,7 +360,7 @@ class Machine(Mechanism):
         x = [*self.found.x, *([0.0] * (2 * len(self.rows) + 2 * len(self.laws) + len(self.norms)))]
         solid: list[tuple[Card, Scalar]] = []
         for card in self.couplings.values():
-            solid += [(card, apart) for apart in getattr(card, "separations", lambda _: [])(self)]
+            solid += [(card, apart) for apart in alike.separations(self, card)]
         gaps = [(card, apart, "m") for card, apart in solid] + [
             (card, law.gap, "rad" if law.unit == "N m" else "m")
             for card, law in self.laws

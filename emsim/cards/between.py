@@ -9,6 +9,7 @@ from . import pairs, supports, touch
 from .base import Card
 from .meeting import meetings, separation
 from .resisting import Turning, turning
+from .solids import SOLIDS
 from .supports import Meeting
 from .touch import Rigid, Touch
 
@@ -19,10 +20,6 @@ if TYPE_CHECKING:
     from .base import Probes, Scene
     from .meeting import Part
     from .shapes import Shape
-
-SOLIDS = (
-    "box(w,h,d), capsule(l,r), cylinder(r,h), ball(r), ellipsoid(a,b,c), hull(x1,y1,z1,..), plane(nx,ny,nz)"
-)
 
 
 class Between(Turning, Card):
@@ -80,7 +77,9 @@ class Between(Turning, Card):
         assert a[2].solid is not None and b[2].solid is not None
         one, other = (*a[:2], a[2].solid), (*b[:2], b[2].solid)
         found = supports if one[2].normal or other[2].normal else pairs
-        self._touch(s, a, b, found.meetings(s, one, other))
+        self._touch(s, a, b, places := found.meetings(s, one, other))
+        if found is pairs:
+            pairs.watch(s, self.name, one, other, places)
 
     def _refused(self, a: Part, b: Part) -> tuple[str, str] | None:
         """Why no two such shapes touch in space, and what does."""
@@ -138,6 +137,7 @@ class Between(Turning, Card):
             place: Rigid | Touch
             if self.k is None:
                 place = Rigid(gap, self.e, "N", meeting.edge)
+                place.law.pair = meetings[0]
                 self.corners.append((1.0, place))
             else:
                 place = Touch(s, f"{self.name} {meeting.label}", gap, self.k, self.c, self.e, self.n)
@@ -147,7 +147,7 @@ class Between(Turning, Card):
 
     def probes(self, s: Scene) -> Probes:
         found = {**self.touch_probes(s, "force"), **self.turn_probes(s)}
-        gaps = [s.b.const(0.0) + place.gap for _, place in self.places]
+        gaps = [s.b.const(0.0) + getattr(place, "law", place).gap for _, place in self.places]
         least = gaps[0]
         for gap in gaps[1:]:
             least = s.b.select(s.b.call("notless", gap, least), least, gap)

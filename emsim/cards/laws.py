@@ -34,8 +34,8 @@ class Law:
     """What laws have in common; `form` is the engine's word. Expressions before symbols are replaced."""
 
     __slots__ = (
-        "across", "bound", "e", "edge", "effort", "flags", "flow", "form", "gap", "normal", "row", "second", "stick",
-        "unit", "way", "where",
+        "across", "bound", "e", "edge", "effort", "flags", "flow", "form", "gap", "normal", "pair", "powers", "row", "second",
+        "stick", "unit", "way", "where",
     )  # fmt: skip
 
     def __init__(
@@ -56,7 +56,9 @@ class Law:
         )
         self.edge: Edge | None = None  # of a corner to one of several edges
         self.across: list[Law] = [self]  # all of a law with several directions
+        self.pair: object = None  # what laws of a pair of parts have in common, slips by their corner
         # by the compiler
+        self.powers: tuple[Expr, Expr] | None = None  # of a pair, at its first law (assemble/alike.py)
         self.row = self.second = -1  # unknowns: the effort, and of a corner the correction of positions
         self.effort: Expr
         self.way: Expr  # with several directions: by what its bound is multiplied where it slides

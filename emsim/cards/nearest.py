@@ -291,6 +291,12 @@ def largest(s: Scene, values: Sequence[Scalar]) -> Expr:
     return best
 
 
+def least(s: Scene, values: Sequence[Scalar]) -> Expr:
+    """Without an event."""
+    zero = s.b.const(0.0)
+    return -largest(s, [zero - v for v in values])
+
+
 def chosen(s: Scene, number: Expr, rows: Sequence[Sequence[Scalar]]) -> list[Expr]:
     """The number-th of the rows, from 1 on."""
     found = [s.b.const(0.0) + v for v in rows[-1]]

@@ -35,6 +35,10 @@ KINDS: dict[str, tuple[int, int]] = {
     "plane": (3, 3),
     "hull": (12, 3 * hulls.MOST),
 }
+# what a hint names
+SOLIDS = (
+    "box(w,h,d), capsule(l,r), cylinder(r,h), ball(r), ellipsoid(a,b,c), hull(x1,y1,z1,..), plane(nx,ny,nz)"
+)
 UPRIGHT: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 SIGNS = (-1.0, 1.0)
 

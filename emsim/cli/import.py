@@ -23,6 +23,10 @@ OPTIONS = [
     Option("--free", "URDF: the base is not fixed to the ground"),
     Option("--density", "URDF: kg/m^3 of links without <inertial>, by their collision shapes", "NUMBER"),
     Option("--key", "MJCF: start at a <key> of <keyframe>, by its name or its number from 0", "NAME"),
+    Option(
+        "--contacts",
+        "MJCF: a SHAPE for each geom that may touch and a CONTACT for each pair: rigid, with the file's friction",
+    ),
     Option("--looks", "with shapes for pictures: massless bodies, welded on"),
     QUIET,
     HELP,
@@ -35,7 +39,11 @@ def main(args: Sequence[str]) -> int:
         raise UsageError("emsim import takes one file: emsim import robot.urdf -o robot.cir")
     source, path = given.words[0], given.text("output")
     options = robots.Options(
-        given.has("free"), given.number("density"), given.text("key"), given.has("looks")
+        given.has("free"),
+        given.number("density"),
+        given.text("key"),
+        given.has("looks"),
+        given.has("contacts"),
     )
     sink = Sink()
     if path is not None and path != "-":

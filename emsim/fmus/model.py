@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from ..analyses.afterwards import condition
 from ..analyses.failure import CODES
+from ..analyses.gaps import overlapping
 from ..analyses.tran import Tran
 from ..diagnostics import Sink, deck_error
 from ..elaborate.flat import FlatDeck
@@ -124,6 +125,7 @@ def pack(
     said = {name: f"[W402] {text}" for name, (_, text, _) in ctx.domains.items()}
     if assembly.machine is not None:
         said |= {name: f"[W401] {text}" for name, text in assembly.machine.flag_warnings.items()}
+        said |= {name: f"[E415] {text}" for name in names if (text := overlapping(name))}
     warnings = {k: said[name] for k, name in enumerate(names) if name in said}
     opened, book = assembly.flat.inputs, assembly.accounts
     made = assembly.system.pack(

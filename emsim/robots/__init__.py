@@ -27,7 +27,7 @@ def imported(path: str, options: Options, sink: Sink) -> str:
     if reader is None:
         said = f"{path} holds <{root.tag}>: neither <robot> (URDF) nor <mujoco> (MJCF)"
         raise DeckError(Diagnostic("error", "E530", said, root.span))
-    other = {"robot": ("key",), "mujoco": ("free", "density")}[root.tag]
+    other = {"robot": ("key", "contacts"), "mujoco": ("free", "density")}[root.tag]
     if given := [f"--{name}" for name in other if getattr(options, name)]:
         said = f"{given[0]} says nothing of a file with <{root.tag}>"
         raise DeckError(Diagnostic("error", "E532", said, root.span))

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from ..diagnostics import Sink
     from .geometry import Array
-    from .model import Actuator, Joint, Link, Loop, Robot, Solid, Tie
+    from .model import Actuator, Joint, Link, Loop, Robot, Solid, Tie, Touch
 
 GROUND = "0"
 # what rotations leave of numbers that are 0: products of three cosines and sines in sums of three, each rounded
@@ -98,6 +98,7 @@ class _Writer:
                 self.add(f"SPRING {name} {' '.join(ends)} k={number(spring.k)} l0={number(spring.length)}")
             if spring.c:
                 self.add(f"DAMPER {self.names.give(name, 'damper')} {' '.join(ends)} c={number(spring.c)}")
+        self._contacts()
         for actuator in robot.actuators:
             self._actuator(actuator)
         if robot.notes:
@@ -314,6 +315,28 @@ class _Writer:
     def coordinate(self, joint: Joint, speed: bool = False) -> str:
         word = ("omega" if speed else "angle") if joint.turns else ("vel" if speed else "pos")
         return f"{word}({self.joint_names[joint]})"
+
+    def _contacts(self) -> None:
+        """Shapes that touch, each on its body, whose frame is parallel to the ground's; then the pairs."""
+        names: dict[Touch, str] = {}
+        for shape in (s for contact in self.robot.contacts for s in (contact.first, contact.second)):
+            if shape in names:
+                continue
+            self.add(*["*"] * (not names))
+            names[shape] = self.names.give(shape.name, "shape")
+            carrier, pose = shape.link.carrier, self.poses[shape.link].then(shape.pose)
+            body, origin = (
+                (GROUND, np.zeros(3)) if carrier is None else (self.bodies[carrier], self.poses[carrier].p)
+            )
+            turn = geometry.rotation_vector(pose.r)
+            rot = f" rot={vector(turn)}" if np.linalg.norm(turn) > ROUNDING else ""
+            what = f"{shape.kind}({','.join(map(number, shape.numbers))})"
+            self.add(f"SHAPE {names[shape]} {body} {what} at={vector(pose.p - origin)}{rot}")
+        for contact in self.robot.contacts:
+            words = zip(("mu", "drilling", "rolling"), contact.resists, strict=True)
+            rubs = "".join(f" {word}={number(value)}" for word, value in words if value)
+            ends = f"{names[contact.first]} {names[contact.second]}"
+            self.add(f"CONTACT {self.names.give(contact.name, 'contact')} {ends} e=0{rubs}")
 
     def _tie(self, tie: Tie) -> None:
         follower, leader = self.joint_names[tie.follower], self.joint_names[tie.leader]

@@ -18,12 +18,13 @@ from .mjcf_drives import Drives
 from .mjcf_geoms import Geom, Scale
 from .mjcf_words import MAIN, UNUSED, WORDS, Classes
 from .model import Joint, Link, Robot
+from .touches import SHOULD, Toucher, Touches
 from .urdf import check_tensor
 from .xml import parse
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from ..diagnostics import Sink, Span
+    from ..diagnostics import Sink
     from .mjcf_words import Filled
     from .urdf import Options
     from .xml import Element
@@ -197,8 +198,7 @@ class _Reader:
         }
         self.inertial: dict[Link, Mass] = {}
         self.geoms: dict[Link, list[Geom]] = {}
-        # geoms that may touch: what messages call them, link, contype, conaffinity, where they stand
-        self.touching: list[tuple[str, Link, int, int, Span]] = []
+        self.touching: list[Toucher] = []
 
     def robot(self) -> Robot:
         world = Link("world", self.root.span)
@@ -279,10 +279,14 @@ class _Reader:
         check_tensor(tensor, e, self.sink)
         return Mass(m, (0.0, 0.0, 0.0), tensor).placed(self.rules.pose(e))
 
+    def _scale(self) -> Scale:
+        rules = self.rules
+        return Scale(self.root, rules.meshes, rules.groups, self.meshes, self.sink)
+
     def _masses(self) -> None:
         """Which of <inertial> and geoms counts, and what the compiler does to it."""
         rules = self.rules
-        scale = Scale(self.root, rules.meshes, rules.groups, self.meshes, self.sink)
+        scale = self._scale()
         for link in self.found.links[1:]:
             mass = self.inertial.get(link)
             if rules.from_geoms == "true" or (rules.from_geoms == "auto" and mass is None):
@@ -408,13 +412,12 @@ class _Reader:
     def _geom(self, e: Filled, link: Link, at: Pose) -> None:
         kind = e.get("type") or ("mesh" if e.has("mesh") else "sphere")
         name = self._name("geom", e, e, f"a {kind} of {link.name}")
-        touch = [int(e.number(key, self.sink, 1.0)) for key in ("contype", "conaffinity")]
-        if any(touch):
-            self.touching.append((name, link, touch[0], touch[1], e.span))
+        geom = Geom(e, kind, at, at.then(self.rules.pose(e)))
+        self.touching.append(Toucher(name, link, geom))
         size = " ".join(e.get(key) for key in ("mesh", "size", "fromto") if e.has(key))
         link.shapes.append(" ".join(f"geom {e.get('name')} {kind} {size}".split()))
         if link.parent is not None and kind not in ("plane", "hfield"):
-            self.geoms.setdefault(link, []).append(Geom(e, kind, at, at.then(self.rules.pose(e))))
+            self.geoms.setdefault(link, []).append(geom)
 
     # the rest -----------------------------------------------------------------------------------------
 
@@ -454,30 +457,17 @@ class _Reader:
             actuator.start = value
 
     def _touches(self) -> None:
-        """W530 where two geoms of bodies that move against each other could touch."""
-        apart = {
-            frozenset((e.get("body1"), e.get("body2")))
-            for c in self.root.all("contact")
-            for e in c.all("exclude")
-        }
+        """What touches; W530 where it is not asked for."""
         if self.rules.off & {"contact", "constraint"}:
             return
-        for k, (one, a, type_a, affine_a, place) in enumerate(self.touching):
-            for other, b, type_b, affine_b, _ in self.touching[:k]:
-                near, far = a.carrier, b.carrier
-                if near is far or not (type_a & affine_b or type_b & affine_a):
-                    continue
-                # a body does not touch what it hangs on, the ground excepted
-                if any(
-                    x is not None and y is not None and _above(x) is y for x, y in ((near, far), (far, near))
-                ):
-                    continue
-                if frozenset((a.name, b.name)) in apart:
-                    continue
-                said = f"{other} and {one} could touch in MuJoCo; here they pass through each other"
-                hint = "what touches is a CONTACT in the deck, or of a joint a STOP"
-                self.sink.warning("W530", said, place, hint)
-                return
+        touches = Touches(self.root, self.touching, self._scale(), self.classes)
+        if self.options.contacts:
+            self.found.contacts += touches.contacts()
+        elif pair := next(touches.pairs(), None):
+            said = (
+                f"{pair[0].name} and {pair[1].name} could touch in MuJoCo; here they pass through each other"
+            )
+            self.sink.warning("W530", said, pair[1].geom.element.span, SHOULD)
 
     def _unused(self) -> None:
         for tag in UNUSED:
@@ -490,10 +480,6 @@ class _Reader:
 
 def _mesh_name(e: Element) -> str:
     return e.get("name") or splitext(basename(e.get("file")))[0]
-
-
-def _above(link: Link) -> Link | None:
-    return None if link.parent is None else link.parent.carrier
 
 
 def _count(element: Element, tag: str) -> int:

@@ -74,17 +74,17 @@ class Scale:
             said = f"<geom> of type {geom.kind!r} is not imported"
             self.sink.error("E532", said, geom.element.place("type"))
             return None
-        found = self._sizes(geom)
+        found = self.sizes(geom)
         return None if found is None else (SOLIDS[geom.kind][1](*found[0]), found[1])
 
     def drawn(self, geom: Geom) -> Solid | None:
         """None of what no card draws, and of what MuJoCo does not show at first: groups above 2."""
         if geom.kind not in DRAWN or geom.element.has("mesh") or geom.element.number("group", self.sink) > 2:
             return None
-        found = self._sizes(geom)
+        found = self.sizes(geom)
         return None if found is None else Solid(DRAWN[geom.kind], *found)
 
-    def _sizes(self, geom: Geom) -> tuple[list[float], Pose] | None:
+    def sizes(self, geom: Geom) -> tuple[list[float], Pose] | None:
         """As many as its kind has, and where fromto= or pos= put it in the body; None after an error."""
         e, sink, kind, place = geom.element, self.sink, geom.kind, geom.place
         needed = SOLIDS[kind][0]

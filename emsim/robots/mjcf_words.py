@@ -77,6 +77,8 @@ WORDS = {
     "connect": Words("name class active body1 body2 anchor", SOFT),
     "weld": Words("name class active body1 body2 anchor relpose", f"torquescale {SOFT}"),
     "equality_joint": Words("name class active joint1 joint2 polycoef", SOFT),
+    "pair": Words("name class geom1 geom2 condim friction", SOFT),
+    "exclude": Words("name body1 body2"),
     "key": Words("name qpos qvel ctrl", "time act mpos mquat"),
 }
 # what <default> may hold, and which elements it is for
@@ -85,11 +87,11 @@ KEYS = {
     "fixed": "tendon", "spatial": "tendon", "connect": "equality", "weld": "equality", "equality_joint": "equality",
 }  # fmt: skip
 IDLE_DEFAULTS = (
-    "material", "camera", "light", "pair", "texture", "hfield", "skin", "intvelocity", "cylinder", "muscle", "adhesion",
+    "material", "camera", "light", "texture", "hfield", "skin", "intvelocity", "cylinder", "muscle", "adhesion",
 )  # fmt: skip
 IN_DEFAULT = (
-    "joint", "geom", "site", "mesh", "tendon", "equality", "motor", "position", "velocity", "damper", "general", "default",
-    *IDLE_DEFAULTS,
+    "joint", "geom", "site", "mesh", "tendon", "equality", "motor", "position", "velocity", "damper", "general", "pair",
+    "default", *IDLE_DEFAULTS,
 )  # fmt: skip
 MAIN = "main"  # the class of the outermost <default>
 

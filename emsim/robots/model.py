@@ -162,6 +162,24 @@ class Between:
         self.first, self.second = ends
 
 
+class Touch:
+    """A shape that touches: `kind` and `numbers` as the card SHAPE has them, `pose` in the axes of its link."""
+
+    __slots__ = ("kind", "link", "name", "numbers", "pose")
+
+    def __init__(self, name: str, link: Link, kind: str, numbers: Sequence[float], pose: Pose) -> None:
+        self.name, self.link, self.kind, self.numbers, self.pose = name, link, kind, [*numbers], pose
+
+
+class Contact:
+    """Of two shapes. `resists`: sliding, by a coefficient; drilling and rolling, by lengths [m]."""
+
+    __slots__ = ("first", "name", "resists", "second")
+
+    def __init__(self, name: str, first: Touch, second: Touch, resists: Sequence[float]) -> None:
+        self.name, self.first, self.second, self.resists = name, first, second, [*resists]
+
+
 class Robot:
     """`links` so that a parent comes before its children."""
 
@@ -173,6 +191,7 @@ class Robot:
         self.loops: list[Loop] = []
         self.actuators: list[Actuator] = []
         self.springs: list[Between] = []
+        self.contacts: list[Contact] = []
         self.notes: list[str] = []  # what the deck cannot use
         self.remarks: list[str] = []  # what the reader of the deck should know
 

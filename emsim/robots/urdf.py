@@ -58,14 +58,19 @@ KINDS = {
 
 class Options:
     """`free`: the root link is on no joint. `density` [kg/m^3]: of links without <inertial>, by their collision shapes.
-    `key`: the keyframe to start at. `looks`: with shapes, for pictures."""
+    `key`: the keyframe to start at. `looks`: with shapes, for pictures. `contacts`: geoms touch."""
 
-    __slots__ = ("density", "free", "key", "looks")
+    __slots__ = ("contacts", "density", "free", "key", "looks")
 
     def __init__(
-        self, free: bool = False, density: float | None = None, key: str | None = None, looks: bool = False
+        self,
+        free: bool = False,
+        density: float | None = None,
+        key: str | None = None,
+        looks: bool = False,
+        contacts: bool = False,
     ) -> None:
-        self.free, self.density, self.key, self.looks = free, density, key, looks
+        self.free, self.density, self.key, self.looks, self.contacts = free, density, key, looks, contacts
 
 
 def read(root: Element, options: Options, sink: Sink) -> Robot:

@@ -30,7 +30,8 @@ FILE = 600  # lines of a file
 # rooms of abilities that grow while the rest gets simpler: pages that compute, the playground, sweeps, runs led from Python,
 # cards of rolling, of tyres and of relations among joints, robots, schematics, FMUs of others and for their solvers, gradients,
 # environments, models that are added, shapes in space, domains beside circuit and mechanism, bodies that bend, loops that end by
-# voltages, power grids, friction against rolling, coordinates of joints by name, what breaks and catches, many that may touch.
+# voltages, power grids, friction against rolling, coordinates of joints by name, what breaks and catches, like pairs, many that may
+# touch.
 # Counted apart
 APART = (
     "emsim/assemble/hands.py", "emsim/cards/knife.py", "emsim/cards/ratio.py", "emsim/cards/roll.py",
@@ -41,7 +42,7 @@ APART = (
     "emsim/engine/foreign/src/", "emsim/engine/dae/src/devices/foreign.rs", "emsim/engine/src/py/foreign.rs",
     "emsim/build_unit.py", "emsim/environments/", "emsim/gradients/", "emsim/differentiable.py", "emsim/jax.py", "emsim/torch.py",
     "emsim/elements/added.py", "emsim/elements/public.py", "emsim/cli/models.py",
-    "emsim/cards/capsules.py", "emsim/cards/drums.py", "emsim/cards/eggs.py", "emsim/cards/facets.py",
+    "emsim/cards/cans.py", "emsim/cards/capsules.py", "emsim/cards/drums.py", "emsim/cards/eggs.py", "emsim/cards/facets.py",
     "emsim/cards/hulls.py", "emsim/cards/nearest.py", "emsim/cards/ovals.py", "emsim/cards/pairs.py",
     "emsim/cards/solids.py", "emsim/cards/supports.py", "emsim/outputs/glyphs/body.py", "emsim/engine/dae/src/tangent/",
     "emsim/assemble/domains.py", "emsim/cards/domains/", "emsim/cards/resisting.py",
@@ -54,6 +55,7 @@ APART = (
     "emsim/cards/along.py", "emsim/cards/latch.py", "emsim/assemble/bonds.py", "emsim/engine/dae/src/modes/bonds.rs",
     "emsim/outputs/glyphs/latch.py", "emsim/engine/sparse/src/order/loose.rs", "emsim/engine/sparse/src/lu/loose.rs",
     "emsim/engine/dae/src/modes/lcp/islands.rs", "emsim/engine/dae/src/system/loose.rs",
+    "emsim/engine/expr/src/alike.rs", "emsim/assemble/alike.py",
 )  # fmt: skip
 KNOT = 8  # modules that import each other in a circle and can still be read as one thing
 

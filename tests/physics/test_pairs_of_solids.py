@@ -300,11 +300,13 @@ def test_what_tumbles_over_another_only_loses(fixed, falls):
 
 @pytest.mark.parametrize(
     ("a", "b"),
-    [("cylinder", other) for other in ("cylinder", "disc", "box", "hull", "ellipsoid")]
-    + [("disc", "disc"), ("disc", "box"), ("ellipsoid", "disc")],
+    [("cylinder", other) for other in ("cylinder", "disc", "ellipsoid")]
+    + [("disc", "disc"), ("disc", "box"), ("disc", "hull"), ("ellipsoid", "disc")],
 )
 def test_pairs_that_have_no_rule_are_refused(a, b):
-    with pytest.raises(DeckError, match=r"do not touch each other: .* touches planes, balls and capsules"):
+    with pytest.raises(
+        DeckError, match=r"do not touch each other: (disc|cylinder)\(\.\.\) touches planes, balls"
+    ):
         run(f"SHAPE f 0 {card(a)} rot=(1,0,0)\nBODY b m=1 shape={card(b)} y=1\nCONTACT c all e=0", 0.1, "")
 
 

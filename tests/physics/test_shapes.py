@@ -269,10 +269,15 @@ def test_a_polygon_weighs_what_its_area_does():
 
 def test_corners_that_meet_point_to_point_are_not_passed_in_silence():
     """Two wedges on one floor: no corner of one comes within the edges of the other, and nothing stops them."""
+    deck = (
+        "two wedges\n.gravity 9.81\nSHAPE floor 0 box(2,0.2) at=(0,-0.1)\n"
+        "BODY one m=1 shape=polygon(0,0,-0.02,0.1,-0.1,0.02) x=-0.01 vx=1\n"
+        "BODY two m=1 shape=polygon(0,0,0.1,0.02,0.02,0.1) x=0.01 vx=-1\nCONTACT touch all e=0\n.tran 1m 0.03\n"
+    )
     with pytest.raises(emsim.ConvergenceError) as found:
-        emsim.run(
-            "two wedges\n.gravity 9.81\nSHAPE floor 0 box(2,0.2) at=(0,-0.1)\n"
-            "BODY one m=1 shape=polygon(0,0,-0.02,0.1,-0.1,0.02) x=-0.01 vx=1\n"
-            "BODY two m=1 shape=polygon(0,0,0.1,0.02,0.02,0.1) x=0.01 vx=-1\nCONTACT touch all e=0\n.tran 1m 0.03\n"
-        )
+        emsim.run(deck)
+    assert found.value.diagnostics[0].code == "E415"
+    led = emsim.Session(deck, outputs="x(one)")
+    with pytest.raises(emsim.ConvergenceError) as found:
+        led.run(0.03)
     assert found.value.diagnostics[0].code == "E415"

@@ -247,7 +247,7 @@ def test_the_hull_of_a_file_is_touched(tmp_path):
         ("SHAPE q 0 plane(0,0,0)\nBODY b m=1 shape=ball(1)\nCONTACT c b q e=0", "three components of its normal"),
         (
             "BODY b m=1 shape=ellipsoid(1,2,3) y=9\nBODY d m=1 shape=cylinder(1,1) y=4\nCONTACT c b d e=0",
-            "touches planes, balls and capsules",
+            "touches planes, balls, capsules, boxes and hulls",
         ),
         (
             f"BODY b m=1 shape={BRICK} y=9\nBODY d m=1 shape={BRICK} y=4\nCONTACT c b d k=1k",
@@ -263,3 +263,22 @@ def test_the_hull_of_a_file_is_touched(tmp_path):
 def test_what_is_not_known_is_an_error(cards, said):
     with pytest.raises(DeckError, match=said):
         run(FLOOR + cards, 0.1, "")
+
+
+GEM = "hull(-0.08,-0.05,-0.06,0.08,-0.05,-0.06,0,-0.05,0.09,0,0.1,0)"
+
+
+@pytest.mark.parametrize("beside", ["", "capsule(0.25,0.04)"])
+@pytest.mark.parametrize("reltol", [1e-4, 1e-5, 1e-6])
+def test_an_edge_that_stops_sliding_and_turning_at_once_sticks(beside, reltol):
+    """Dry friction ends the slip of both ends of an edge at one time; then four directions hold three motions. Corners that stop
+    one by one would let each other go again, and the share of what is redundant would be one of rounding."""
+    other = f"BODY rod m=0.5 shape={beside} y=0.3 x=0.5 rot=(0.1,0.4,0.6)\nCONTACT t rod floor e=0.2 mu=0.4\n"
+    r = emsim.run(
+        "t\n.gravity 9.81\nSHAPE floor 0 plane(0,1,0)\n"
+        f"BODY gem m=0.4 shape={GEM} y=0.3 z=0.5 omega=(3,1,2)\nCONTACT c gem floor e=0.2 mu=0.4\n"
+        f"{other if beside else ''}.options reltol={reltol}\n.tran 5m 0.8\n.save y(gem) energy()\n.end\n"
+    )
+    assert not r.diagnostics and r.stats["events"] < 70
+    assert r["y(gem)"][-1] == pytest.approx(0.05, abs=1e-9)
+    assert np.all(np.diff(r["energy()"]) < 10 * reltol)

@@ -112,6 +112,7 @@ RUST_ROWS = [
     ["multiversion"],
     ["tape"],
     ["repeat"],
+    ["alike"],
     ["lanes"],
     ["veriloga"],
     ["derive"],

@@ -61,7 +61,8 @@ ELSEWHERE = {
     "mechanical/torsion_chain", "mechanical/toggle_rests", "mechanical/ball_with_spin", "coupled/maglev_ball",
     "mechanical/beam_roll_up", "mechanical/beam_bend", "mechanical/fishing_rod",
     # shares of corners that nothing determines; columns of a body by itself; told as E418 there
-    "mechanical/planks", "mechanical/rattleback", "mechanical/solids", "mechanical/gems", "mechanical/rough_ball_joint",
+    "mechanical/planks", "mechanical/rattleback", "mechanical/solids", "mechanical/gems", "mechanical/cans",
+    "mechanical/rough_ball_joint",
 }  # fmt: skip
 MOVING = "A bicycle"  # its modes at speed are refused in absolute coordinates (E416: tests/physics/test_rolling.py)
 DECKS = sorted(

@@ -469,11 +469,14 @@ impl Newton {
     /// Makes the factors of what was expanded last where a solution has left none. False where that has none: solutions by
     /// them are no numbers.
     pub fn hold(&mut self, sys: &System, w: &Work, a: f64) -> bool {
-        self.lu.is_ready() || {
-            self.set_constants(sys, a);
-            sys.stage_sources(w, a, &mut self.sources);
-            self.lu.factor_stamped(&self.sources).is_ok()
-        }
+        self.lu.is_ready() || self.factor(sys, w, a)
+    }
+
+    /// Makes the factors of what was expanded last.
+    pub fn factor(&mut self, sys: &System, w: &Work, a: f64) -> bool {
+        self.set_constants(sys, a);
+        sys.stage_sources(w, a, &mut self.sources);
+        self.lu.factor_stamped(&self.sources).is_ok()
     }
 
     /// b <- (G + a C)^-1 b with the last factorisation.

@@ -12,7 +12,7 @@ mod rest;
 pub mod sweep;
 mod unstable;
 
-pub use self::consistent::{consistent, consistent_with, hold, is_all_state, undetermined, Stays};
+pub use self::consistent::{consistent, hold, is_all_state, undetermined, Stays};
 pub use self::given::initial_conditions;
 use self::holding::Holding;
 pub use self::rest::couples;

@@ -4,22 +4,24 @@
 //! the derivatives with respect to all leaves, which is what a scalar energy with many coordinates asks for.
 use super::repeat;
 use crate::graph::{Fun, Graph, Id, Node};
-use std::collections::{BTreeMap, HashMap};
+use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
+use std::collections::BTreeMap;
 
 /// dy/dx for each x in `xs` (leaves: unknowns, symbols, time). Flags are constant between events: derivative zero.
 pub fn gradient(g: &mut Graph, y: Id, xs: &[Id]) -> Vec<Id> {
     let order = g.reachable(&[y]);
     // only nodes that depend on some x carry an adjoint
-    let mut active: HashMap<Id, bool> = HashMap::with_capacity(order.len());
+    let mut active: HashMap<Id, bool> = HashMap::default();
+    let leaves: HashSet<Id> = xs.iter().copied().collect();
     for &id in &order {
-        let on = xs.contains(&id) || g.node(id).operands().any(|o| active[&o]);
+        let on = leaves.contains(&id) || g.node(id).operands().any(|o| active[&o]);
         active.insert(id, on);
     }
     let zero = g.constant(0.0);
     if !active[&y] {
         return vec![zero; xs.len()];
     }
-    let mut adjoint: HashMap<Id, Id> = HashMap::with_capacity(order.len());
+    let mut adjoint: HashMap<Id, Id> = HashMap::default();
     let one = g.constant(1.0);
     adjoint.insert(y, one);
     for &id in order.iter().rev() {
@@ -264,7 +266,7 @@ pub fn tangent(g: &mut Graph, ys: &[Id], seed: &[(Id, Id)]) -> Vec<Id> {
     let zero = g.constant(0.0);
     let seeds: HashMap<Id, Id> = seed.iter().copied().collect();
     let order = g.reachable(ys);
-    let mut dot: HashMap<Id, Id> = HashMap::with_capacity(order.len());
+    let mut dot: HashMap<Id, Id> = HashMap::default();
     for id in order {
         if let Some(&s) = seeds.get(&id) {
             dot.insert(id, s);
@@ -295,8 +297,8 @@ pub fn tangent(g: &mut Graph, ys: &[Id], seed: &[(Id, Id)]) -> Vec<Id> {
 pub fn slopes(g: &mut Graph, ys: &[Id], xs: &[Id]) -> Vec<Vec<Id>> {
     type Dot = BTreeMap<usize, Id>;
     let order = g.reachable(ys);
-    let mut readers: HashMap<Id, u32> = HashMap::with_capacity(order.len());
-    let mut active: HashMap<Id, bool> = HashMap::with_capacity(order.len());
+    let mut readers: HashMap<Id, u32> = HashMap::default();
+    let mut active: HashMap<Id, bool> = HashMap::default();
     ys.iter().for_each(|&y| *readers.entry(y).or_default() += 2);
     for &id in &order {
         let node = g.node(id);
@@ -306,7 +308,7 @@ pub fn slopes(g: &mut Graph, ys: &[Id], xs: &[Id]) -> Vec<Vec<Id>> {
         active.insert(id, on);
     }
     let by_itself = |g: &Graph, id: Id| matches!(g.node(id), Node::Select(..) | Node::Result(..));
-    let mut dots: HashMap<Id, Dot> = HashMap::new();
+    let mut dots: HashMap<Id, Dot> = HashMap::default();
     let (zero, one) = (g.constant(0.0), g.constant(1.0));
     for &id in order.iter().filter(|id| active[id]) {
         if let Some(k) = xs.iter().position(|&x| x == id) {

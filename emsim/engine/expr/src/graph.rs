@@ -9,8 +9,9 @@ mod copied;
 use super::repeat;
 use crate::interrupt;
 use called::Listed;
+use rustc_hash::FxHashMap as HashMap;
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
+use std::cell::RefCell;
 use std::sync::{Arc, Mutex};
 
 pub type Id = u32;
@@ -506,16 +507,19 @@ impl Graph {
 
     /// Every node that `outs` need, operands first.
     pub fn reachable(&self, outs: &[Id]) -> Vec<Id> {
-        let mut marked = vec![false; self.nodes.len()];
-        let mut stack: Vec<Id> = outs.to_vec();
-        let mut found = Vec::new();
-        while let Some(id) = stack.pop() {
-            if std::mem::replace(&mut marked[id as usize], true) {
-                continue;
+        // the number of this walk, and by node that of the last one that met it: no walk pays for nodes that it does not meet
+        thread_local!(static MET: RefCell<(u64, Vec<u64>)> = const { RefCell::new((0, Vec::new())) });
+        let (mut stack, mut found) = (outs.to_vec(), Vec::new());
+        MET.with_borrow_mut(|(walk, met)| {
+            *walk += 1;
+            met.resize(met.len().max(self.nodes.len()), 0);
+            while let Some(id) = stack.pop() {
+                if std::mem::replace(&mut met[id as usize], *walk) != *walk {
+                    found.push(id);
+                    stack.extend(self.nodes[id as usize].operands());
+                }
             }
-            found.push(id);
-            stack.extend(self.nodes[id as usize].operands());
-        }
+        });
         // ids are a topological order by construction
         found.sort_unstable();
         found
@@ -529,14 +533,14 @@ impl Graph {
 
     /// Does any of them read an unknown through an exponential?
     pub fn has_exponentials(&self, outs: &[Id]) -> bool {
-        let mut reads: HashMap<Id, bool> = HashMap::new(); // an unknown
+        let mut reads: HashMap<Id, bool> = HashMap::default(); // an unknown
         self.reachable(outs).into_iter().any(|id| {
             let node = self.node(id);
             let moves = matches!(node, Node::Unknown(_)) || node.operands().any(|a| reads[&a]);
             reads.insert(id, moves);
             moves
                 && match node {
-                    Node::Result(number, ..) => repeat::of(number).has_exponentials(),
+                    Node::Result(number, ..) => repeat::has_exponentials(number),
                     _ => matches!(node, Node::Call(Fun::Exp | Fun::Sinh | Fun::Cosh, _)),
                 }
         })

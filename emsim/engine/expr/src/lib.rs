@@ -2,6 +2,7 @@
 // machine code and vectors are not for it
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_imports, unused_variables))]
 
+pub mod alike; // like expressions as calls of one program
 pub mod derive; // reverse and forward differentiation, substitution
 pub mod graph; // hash-consed expression nodes with folding
 pub mod interrupt; // Ctrl-C: the token that all that takes long looks at

@@ -9,12 +9,14 @@
 //! condition chooses how often, and has no slope.
 //!
 //! Graph, derivatives and programs call loops, which are made of these: the one knot of this crate (`super::` below and there).
+use super::alike;
 use super::tape::{Inputs, Tape};
 use crate::derive;
 use crate::graph::{Graph, Id, Node};
 use crate::interrupt;
+use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use serde::{Deserialize, Serialize};
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// More passes than any loop makes that ends, and more statements than a model has, even with its loops.
@@ -83,7 +85,7 @@ pub fn number(law: Law) -> u32 {
 /// them, constants too, so that a loop is the same one whatever the parameters.
 pub fn made(g: &Graph, carried: &[Id], condition: Id, next: &[Id], at: &str) -> (u32, Vec<Id>) {
     let outs: Vec<Id> = std::iter::once(condition).chain(next.iter().copied()).collect();
-    let (leaves, mut moves): (HashSet<&Id>, HashMap<Id, bool>) = (carried.iter().collect(), HashMap::new());
+    let (leaves, mut moves): (HashSet<&Id>, HashMap<Id, bool>) = (carried.iter().collect(), HashMap::default());
     for id in g.reachable(&outs) {
         let on = leaves.contains(&id) || g.node(id).operands().any(|o| moves[&o]);
         moves.insert(id, on);
@@ -96,7 +98,7 @@ pub fn made(g: &Graph, carried: &[Id], condition: Id, next: &[Id], at: &str) -> 
         }
     }
     let (mut law, mut inputs) = (Graph::new(), Vec::new());
-    let mut image: HashMap<Id, Id> = HashMap::new();
+    let mut image: HashMap<Id, Id> = HashMap::default();
     for (k, &leaf) in carried.iter().enumerate() {
         image.insert(leaf, law.unknown(k as u32));
     }
@@ -128,8 +130,8 @@ pub fn made(g: &Graph, carried: &[Id], condition: Id, next: &[Id], at: &str) -> 
 pub fn pruned(g: &mut Graph, outs: &[Id]) -> Vec<Id> {
     let order = g.reachable(outs);
     let mut read: HashSet<Id> = outs.iter().copied().collect();
-    let mut results: HashMap<Id, BTreeMap<u32, Vec<u32>>> = HashMap::new();
-    let mut kept: HashMap<(Id, u32), Vec<usize>> = HashMap::new();
+    let mut results: HashMap<Id, BTreeMap<u32, Vec<u32>>> = HashMap::default();
+    let mut kept: HashMap<(Id, u32), Vec<usize>> = HashMap::default();
     let mut whole = true;
     for &id in order.iter().rev() {
         match g.node(id) {
@@ -222,7 +224,7 @@ impl Law {
         let mut g = self.graph.clone();
         let mut carried: Vec<Id> = (0..self.next.len() as u32).map(|k| g.unknown(k)).collect();
         let (mut next, mut places) = (self.next.clone(), Vec::new());
-        let mut dots: HashMap<Node, (usize, usize)> = HashMap::new();
+        let mut dots: HashMap<Node, (usize, usize)> = HashMap::default();
         for (d, moving) in directions.iter().enumerate() {
             let (mut seeds, mut place) = (Vec::new(), BTreeMap::new());
             let own = self.moved(moving);
@@ -250,6 +252,18 @@ impl Law {
 
 /// Results of a loop along directions: the tangents of its arguments in each, where they have any.
 pub fn tangents(g: &mut Graph, (number, k, list): (u32, u32, Id), dots: &[BTreeMap<usize, Id>]) -> Vec<Id> {
+    if alike::is(number) {
+        let along = |dot: &BTreeMap<usize, Id>| {
+            let by: Vec<usize> = dot.keys().copied().collect();
+            let slopes = alike::slopes(g, (number, k, list), &by);
+            let zero = g.constant(0.0);
+            slopes.into_iter().zip(dot.values()).fold(zero, |sum, (slope, &dot)| {
+                let term = g.mul(slope, dot);
+                g.add(sum, term)
+            })
+        };
+        return dots.iter().map(along).collect();
+    }
     let key = (number, dots.iter().map(|d| d.keys().copied().collect()).collect::<Vec<Vec<usize>>>());
     let known = all().tangents.get(&key).copied();
     let tangent = known.unwrap_or_else(|| {
@@ -271,8 +285,12 @@ pub fn tangents(g: &mut Graph, (number, k, list): (u32, u32, Id), dots: &[BTreeM
 
 /// Of a result: the arguments that move, and its slope by each.
 pub fn partials(g: &mut Graph, of: (u32, u32, Id), moves: &impl Fn(Id) -> bool) -> Vec<(Id, Id)> {
-    let one = g.constant(1.0);
     let moving: Vec<(usize, Id)> = g.listed(of.2).into_iter().enumerate().filter(|a| moves(a.1)).collect();
+    if alike::is(of.0) {
+        let by: Vec<usize> = moving.iter().map(|a| a.0).collect();
+        return moving.into_iter().map(|a| a.1).zip(alike::slopes(g, of, &by)).collect();
+    }
+    let one = g.constant(1.0);
     let dots: Vec<BTreeMap<usize, Id>> = moving.iter().map(|a| BTreeMap::from([(a.0, one)])).collect();
     moving.into_iter().map(|a| a.1).zip(tangents(g, of, &dots)).collect()
 }
@@ -297,28 +315,50 @@ pub fn slopes(g: &mut Graph, of: (u32, u32, Id), dots: &HashMap<Id, BTreeMap<usi
     along.into_keys().zip(tangents(g, of, &directions)).collect()
 }
 
+/// How many results a call of a loop has: all of them; of a program those that were asked for.
+pub fn results(number: u32) -> Option<usize> {
+    (!alike::is(number)).then(|| of(number).law.next.len())
+}
+
+pub fn has_exponentials(number: u32) -> bool {
+    if alike::is(number) {
+        return alike::of(number).exponential;
+    }
+    let law = &of(number).law;
+    law.graph.has_exponentials(&law.next)
+}
+
+/// A result for arguments that are numbers.
+pub fn value(number: u32, k: u32, arguments: &[f64]) -> f64 {
+    if alike::is(number) {
+        return alike::value(number, k, arguments);
+    }
+    let mut results = vec![0.0; of(number).law.next.len()];
+    run(number, arguments, &mut results);
+    results[k as usize]
+}
+
+/// A call of a loop, or of the program of a form.
+pub fn run(number: u32, arguments: &[f64], results: &mut [f64]) {
+    if alike::is(number) {
+        return alike::run(number, arguments, results);
+    }
+    of(number).run(arguments, results);
+}
+
+/// ... for sets of numbers side by side, `width` of each argument and result.
+pub fn run_many(number: u32, width: usize, arguments: &[f64], results: &mut [f64]) {
+    let mut own = vec![0.0; results.len() / width];
+    for k in 0..width {
+        let of: Vec<f64> = arguments.iter().skip(k).step_by(width).copied().collect();
+        run(number, &of, &mut own);
+        results.iter_mut().skip(k).step_by(width).zip(&own).for_each(|(to, v)| *to = *v);
+    }
+}
+
 impl Loop {
     pub fn law(&self) -> &Law {
         &self.law
-    }
-
-    /// How many results it has.
-    pub fn results(&self) -> usize {
-        self.law.next.len()
-    }
-
-    pub fn has_exponentials(&self) -> bool {
-        self.law.graph.has_exponentials(&self.law.next)
-    }
-
-    /// ... for sets of numbers side by side, `width` of each argument and result.
-    pub fn run_many(&self, width: usize, arguments: &[f64], results: &mut [f64]) {
-        let mut own = vec![0.0; self.results()];
-        for k in 0..width {
-            let of: Vec<f64> = arguments.iter().skip(k).step_by(width).copied().collect();
-            self.run(&of, &mut own);
-            results.iter_mut().skip(k).step_by(width).zip(&own).for_each(|(to, v)| *to = *v);
-        }
     }
 
     /// The results for these arguments; no numbers where it never ends, which is told where all arguments are numbers.
@@ -421,7 +461,7 @@ mod tests {
         let r = root(&mut g, x);
         let r = pruned(&mut g, &[r])[0];
         let Node::Result(number, ..) = g.node(r) else { panic!("no loop") };
-        assert_eq!(of(number).results(), 2);
+        assert_eq!(results(number), Some(2));
         let four = g.constant(4.0);
         assert_eq!(derive::substitute(&mut g, &[r], &[(x, four)])[0], g.constant(2.0));
     }

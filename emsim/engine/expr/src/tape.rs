@@ -4,7 +4,7 @@
 //! instruction in order. `native` turns the program into machine code where it can; its workspace is shorter.
 //! Calls of the mathematical library are brought together: first all that need no other call, then the next.
 use crate::graph::{Fun, Graph, Id, Node};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap as HashMap;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use std::sync::OnceLock;
 
@@ -132,14 +132,15 @@ impl Tape {
         let mut constants: Vec<f64> = order.iter().filter_map(|&id| g.value(id)).collect();
         constants.extend([-0.0; 2]);
         let base = constants.len() as u32;
-        let mut slot: HashMap<Id, u32> = HashMap::with_capacity(order.len());
+        let mut slot: HashMap<Id, u32> = HashMap::with_capacity_and_hasher(order.len(), Default::default());
         let (mut code, mut functions) = (Vec::new(), Vec::new());
         let mut limits = (0, 0, 0);
         for (k, id) in order.iter().filter(|&&id| g.value(id).is_some()).enumerate() {
             slot.insert(*id, k as u32);
         }
         let (mut outputs, mut ends) = (Vec::with_capacity(outs.len()), Vec::new());
-        let mut known: HashMap<(u32, Id), u32> = HashMap::new(); // slots of their first results
+        let mut known: HashMap<(u32, Id), u32> = HashMap::default(); // slots of their first results
+        let read = loops::read(g, &order);
         for &(part, kept) in parts {
             let order = if parts.len() > 1 { g.reachable(part) } else { order.clone() };
             let mut private = Vec::new();
@@ -150,9 +151,10 @@ impl Tape {
                 let node = g.node(id);
                 let s = |o: Id| slot[&o];
                 if let Node::Result(number, k, list) = node {
-                    let mut made = || loops::called(number, g.listed(list).into_iter().map(s), base, &mut code);
+                    let read = &read[&(number, list)];
+                    let mut made = || loops::called(number, read, g.listed(list).into_iter().map(s), base, &mut code);
                     let first = *known.entry((number, list)).or_insert_with(&mut made);
-                    slot.insert(id, first + k);
+                    slot.insert(id, first + loops::place(number, k, read));
                     if !kept {
                         private.push(id);
                     }
@@ -634,19 +636,22 @@ fn operation(node: Node, s: impl Fn(Id) -> u32) -> (Op, u32, u32, u32) {
 }
 
 /// `order` with the calls of functions brought together; operands still come first.
-fn calls_together(g: &Graph, mut order: Vec<Id>) -> Vec<Id> {
+fn calls_together(g: &Graph, order: Vec<Id>) -> Vec<Id> {
     let calls = |id: Id| {
         matches!(g.node(id), Node::Call(f, _) if f != Fun::Sqrt)
             || matches!(g.node(id), Node::Pow(..) | Node::Atan2(..) | Node::Result(..))
     };
-    let mut rank: HashMap<Id, u32> = HashMap::with_capacity(order.len()); // twice the calls before it, plus 1 for a call
-    for &id in &order {
-        let operands = g.node(id).operands().filter_map(|o| rank.get(&o)).map(|r| r.next_multiple_of(2)).max();
-        let before = operands.unwrap_or(0);
-        rank.insert(id, before + u32::from(calls(id)));
+    // twice the calls before it, plus 1 for a call
+    let mut rank: HashMap<Id, usize> = HashMap::with_capacity_and_hasher(order.len(), Default::default());
+    let mut ranked: Vec<Vec<Id>> = Vec::new();
+    for id in order {
+        let before = g.node(id).operands().map(|o| rank[&o].next_multiple_of(2)).max().unwrap_or(0);
+        let own = before + usize::from(calls(id));
+        rank.insert(id, own);
+        ranked.resize_with(ranked.len().max(own + 1), Vec::new);
+        ranked[own].push(id);
     }
-    order.sort_by_key(|id| rank[id]);
-    order
+    ranked.concat()
 }
 
 #[cfg(test)]

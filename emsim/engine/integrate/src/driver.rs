@@ -253,7 +253,7 @@ impl<'a, S: Sink> Run<'a, S> {
     /// `charges`: in place of those at x.
     fn settle_from(&mut self, charges: Option<Vec<f64>>, t: f64, h: f64, refine: bool) -> bool {
         newton(self.sys, &mut self.newton)
-            .is_some_and(|n| op::consistent_with(self.sys, n, self.w, &mut self.x, charges, t, h, &self.tol, refine))
+            .is_some_and(|n| op::consistent(self.sys, n, self.w, &mut self.x, charges, (t, h), &self.tol, refine))
     }
 
     fn restart(&mut self, method: &mut dyn Method) {

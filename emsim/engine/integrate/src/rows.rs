@@ -192,57 +192,65 @@ impl Forces {
         (SHORT * width).min((SHORTER * width).max(ROUNDED * whole))
     }
 
+    /// A step of linearly implicit Euler from (t, x), of length h, in the unknowns' changes, so that nothing is divided by h but what a
+    /// source changes by. `at`: what is stored there, and what rows without d/dt come to, which is rounding.
+    fn step(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], h: f64, at: &[Vec<f64>; 2]) -> Option<Vec<f64>> {
+        sys.eval(w, x, t + h);
+        let row = |i: usize| if sys.has_q[i] { (at[0][i] - w.q[i]) / h - w.f[i] } else { at[1][i] - w.f[i] };
+        let mut y: Vec<f64> = (0..sys.n).map(row).collect();
+        self.newton.forget();
+        sys.stage_expand(w, x, t + h, 1.0 / h);
+        self.newton.factor(sys, w, 1.0 / h).then_some(())?;
+        self.newton.solve_held(w, &mut y);
+        y.iter_mut().zip(x).for_each(|(y, x)| *y += x);
+        Some(y)
+    }
+
+    /// What those steps of h, 2h and 4h are extrapolated to.
+    fn limit(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], h: f64, tol: &Tolerances) -> Option<Vec<f64>> {
+        let mut x = x.to_vec();
+        // a polynomial's voltages may be far up an exponential, whose current would be held
+        let nears = usize::from(sys.exponentials() > 0);
+        for pass in 0..nears + 2 {
+            let holds = pass >= nears;
+            sys.eval(w, &x, t);
+            let slope = |i: usize| if holds && sys.has_q[i] { w.f[i] } else { 0.0 };
+            let r: Vec<f64> = (0..sys.n).map(|i| -(w.q[i] / h + slope(i))).collect();
+            let mut y = x.clone();
+            self.newton.forget();
+            self.newton.solve(sys, w, 1.0 / h, &r, &mut y, t, tol, 20).ok()?;
+            (0..sys.n).filter(|&i| holds || !sys.differential[i]).for_each(|i| x[i] = y[i]);
+        }
+        sys.eval(w, &x, t);
+        let start = [w.q.clone(), w.f.clone()];
+        // (what lags need not enter linearly)
+        for _ in 0..2 {
+            let y = self.step(sys, w, t, &x, h, &start)?;
+            (0..sys.n).filter(|&i| self.lags[i] && !sys.differential[i]).for_each(|i| x[i] = y[i]);
+        }
+        let mut over = |h: f64| {
+            let y = self.step(sys, w, t, &x, h, &start)?;
+            if sys.exponentials() > 0 || self.of_machine {
+                return Some(y);
+            }
+            // a second derivative needs the step before it, of the same length, as its start
+            sys.eval(w, &y, t + h);
+            let start = [w.q.clone(), w.f.clone()];
+            self.step(sys, w, t + h, &y, h, &start)
+        };
+        let [one, two, four] = [over(h)?, over(2.0 * h)?, over(4.0 * h)?];
+        Some((0..sys.n).map(|i| (8.0 * one[i] - 6.0 * two[i] + four[i]) / 3.0).collect())
+    }
+
     /// What is of higher index at (t, x), from what stands under d/dt, over a length of `inside` or `behind`. x stays as it is where
     /// that fails.
     pub fn settle(&mut self, sys: &System, w: &mut Work, (t, x): (f64, &mut [f64]), h: f64, tol: &Tolerances) {
         let ports = w.ports.clone();
+        let h = (t + h) - t;
         // slopes at a corner are those before it
         let h = if w.ends_before(t + 4.0 * h) { -h } else { h };
-        let mut solve = |w: &mut Work, (h, near): (f64, bool), r: &[f64], mut y: Vec<f64>, t: f64, passes: usize| {
-            // the second, linear pass takes Newton's noise out of what is divided by h; with `near` the factors are there
-            if !near {
-                self.newton.forget();
-                self.newton.solve(sys, w, 1.0 / h, r, &mut y, t, tol, 20).ok()?;
-            }
-            for _ in usize::from(!near)..passes {
-                self.newton.again(sys, w, (1.0 / h, r), &mut y, t, tol).ok()?;
-            }
-            Some(y)
-        };
-        let mut forces = || {
-            let mut x = x.to_vec();
-            if sys.exponentials() > 0 {
-                // a polynomial's voltages may be far up an exponential, whose current would be held
-                sys.eval(w, &x, t);
-                let r: Vec<f64> = w.q.iter().map(|q| -q / h).collect();
-                let near = solve(w, (h, false), &r, x.clone(), t, 1)?;
-                (0..sys.n).filter(|&i| !sys.differential[i]).for_each(|i| x[i] = near[i]);
-            }
-            sys.eval(w, &x, t);
-            let held: Vec<f64> = (0..sys.n).map(|i| if sys.has_q[i] { -(w.q[i] / h + w.f[i]) } else { 0.0 }).collect();
-            let start = solve(w, (h, false), &held, x, t, 2)?;
-            sys.eval(w, &start, t);
-            let q: Vec<f64> = w.q.clone();
-            let r = |h: f64| -> Vec<f64> { q.iter().map(|q| -q / h).collect() };
-            let one = solve(w, (h, true), &r(h), start.clone(), t + h, 2)?;
-            let along = |m: f64| -> Vec<f64> { start.iter().zip(&one).map(|(a, b)| a + m * (b - a)).collect() };
-            let two = solve(w, (2.0 * h, false), &r(2.0 * h), along(2.0), t + 2.0 * h, 1)?;
-            let four = solve(w, (4.0 * h, false), &r(4.0 * h), along(4.0), t + 4.0 * h, 1)?;
-            if sys.exponentials() > 0 || self.of_machine {
-                return Some((one, two, four));
-            }
-            // a second derivative needs the step before it, of the same length, as its start
-            let mut again = |m: f64, x: Vec<f64>| {
-                sys.eval(w, &x, t + m * h);
-                let r: Vec<f64> = w.q.iter().map(|q| -q / (m * h)).collect();
-                solve(w, (m * h, false), &r, x, t + 2.0 * m * h, 2)
-            };
-            Some((again(1.0, one)?, again(2.0, two)?, again(4.0, four)?))
-        };
-        if let Some((one, two, four)) = forces() {
-            let at = |i: usize| (8.0 * one[i] - 6.0 * two[i] + four[i]) / 3.0;
+        if let Some(found) = self.limit(sys, w, t, x, h, tol) {
             // what follows from other states than the row shows belongs to another row
-            let found: Vec<f64> = (0..sys.n).map(at).collect();
             let mechanical = |i: usize| sys.unknowns[i].kind.mechanical() || sys.unknowns[i].kind.enters_linearly();
             for side in [false, true] {
                 if !tol.states_apart(&found, x, MOVED, |i| mechanical(i) == side) {

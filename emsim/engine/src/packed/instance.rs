@@ -361,7 +361,7 @@ impl Instance {
         }
         let done = session.advance(until);
         self.time = until;
-        self.listen();
+        let wrong = self.listen();
         // an input goes on from where its line has led
         for (input, given) in self.packed.inputs.iter().zip(&mut self.given) {
             if let Some(line) = self.system.waves[input.wave].as_input() {
@@ -369,17 +369,18 @@ impl Instance {
                 *given = Given { value: line.value(until), slope: 0.0 };
             }
         }
-        done.map_err(|failed| self.fail(&failed))
+        done.map_err(|failed| self.fail(&failed))?;
+        wrong
     }
 
     /// What the run of a deck says behind its end: functions that left their domain, parts that left their range, conditions that
-    /// chatter; each once.
-    fn listen(&mut self) {
+    /// chatter; each once. Err: an error, from where on nothing is right.
+    fn listen(&mut self) -> Result<(), String> {
         let packed = &self.packed;
         let (events, resting) = match (&mut self.session, &mut self.exchange) {
             (Some(session), _) => session.happened(),
             (None, Some(exchange)) => exchange.happened(),
-            (None, None) => return,
+            (None, None) => return Ok(()),
         };
         let turned = events.iter().filter(|(_, _, on)| *on).filter_map(|(t, k, _)| {
             let text = packed.warnings.get(k)?;
@@ -394,10 +395,15 @@ impl Instance {
             ))
         });
         for (key, text) in turned.chain(chatters) {
+            if key.starts_with("[E") {
+                self.phase = Phase::Failed;
+                return Err(text);
+            }
             if self.said.insert(key) {
                 self.told.push(text);
             }
         }
+        Ok(())
     }
 
     /// Inputs as they were set, handed to the run: None where nothing is new, else whether anything jumps.

@@ -5,6 +5,7 @@ use super::system::{Origin, System};
 use super::veriloga::{self, VerilogA};
 use super::Given;
 use super::{foreign, guarded};
+use crate::alike;
 use crate::assembly;
 use crate::clocked::{Clock, Signal, Timer};
 use crate::derive;
@@ -329,6 +330,13 @@ impl Builder {
         }
         drop(g);
         Ok(out.into_iter().map(|d| self.expr(d)).collect())
+    }
+
+    /// Each group of expressions as calls of one program where others have its form, but for their leaves (alike.rs); else None.
+    fn outlined(&self, groups: Vec<Vec<Given<'_>>>) -> PyResult<Vec<Option<Vec<Expr>>>> {
+        let groups = groups.iter().map(|group| self.ids(group)).collect::<PyResult<Vec<_>>>()?;
+        let made = guarded(|| alike::outlined(&mut lock(&self.graph), &groups))?;
+        Ok(made.into_iter().map(|group| Some(group?.into_iter().map(|e| self.expr(e)).collect())).collect())
     }
 
     fn depends(&self, y: &Given<'_>, xs: Vec<Given<'_>>) -> PyResult<Vec<bool>> {
@@ -792,9 +800,10 @@ impl Builder {
         if let Ok(known) = self.symbols.lock() {
             let mut g = lock(&self.graph);
             // a symbol may stand for an expression of other symbols
-            for _ in 0..4 {
-                for flag in &mut model.flags {
-                    let out = derive::substitute(&mut g, &[flag.up, flag.down], &known);
+            for _ in 0..if known.is_empty() { 0 } else { 4 } {
+                let asked: Vec<Id> = model.flags.iter().flat_map(|flag| [flag.up, flag.down]).collect();
+                let made = derive::substitute(&mut g, &asked, &known);
+                for (flag, out) in model.flags.iter_mut().zip(made.chunks_exact(2)) {
                     (flag.up, flag.down) = (out[0], out[1]);
                 }
                 for rule in &mut model.clocked.rules {

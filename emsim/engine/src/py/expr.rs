@@ -71,7 +71,7 @@ impl Expr {
     /// "mul" "div" "pow" "powi" n "atan2" "select" "notless", or the name of a function.
     #[getter]
     fn node(&self) -> (String, f64, Vec<Expr>) {
-        let node = lock(&self.graph).node(self.id);
+        let node = lock(&self.graph).shown(self.id);
         let (name, number) = match node {
             Node::Const(bits) => ("const", f64::from_bits(bits)),
             Node::Unknown(i) => ("x", f64::from(i)),

@@ -345,7 +345,7 @@ impl System {
             Ok(()) => {
                 let feature = sys.shortest_feature().min(tstep);
                 if let Ok(mut newton) = Newton::new(sys) {
-                    op::consistent(sys, &mut newton, &mut w, &mut x, 0.0, 1e-5 * feature, &tol, true);
+                    op::consistent(sys, &mut newton, &mut w, &mut x, None, (0.0, 1e-5 * feature), &tol, true);
                 }
                 Ok((true, x, None))
             }
@@ -620,10 +620,10 @@ fn complete(sys: &crate::system::System, w: &mut Work, x: &mut [f64], tol: &Tole
     if !statics && sys.unknowns.iter().any(|u| u.kind.mechanical()) {
         let feature = sys.shortest_feature().min(1e-3);
         if let Ok(mut newton) = Newton::new(sys) {
-            op::consistent(sys, &mut newton, w, x, 0.0, 1e-5 * feature, tol, true);
+            op::consistent(sys, &mut newton, w, x, None, (0.0, 1e-5 * feature), tol, true);
             if sys.has_laws() {
                 Modes::settle(sys, w, x, feature, tol);
-                op::consistent(sys, &mut newton, w, x, 0.0, 1e-5 * feature, tol, true);
+                op::consistent(sys, &mut newton, w, x, None, (0.0, 1e-5 * feature), tol, true);
             }
         }
     }

@@ -445,7 +445,7 @@ impl Anonymous {
         let mut nodes = Vec::new();
         for (k, id) in g.reachable(&results).into_iter().enumerate() {
             number.insert(id, k as Id);
-            nodes.push(numbered(g.node(id), &number));
+            nodes.push(g.node(id).numbered(|id| number[&id]));
         }
         let key = Key {
             module: module.to_string(),
@@ -469,27 +469,6 @@ impl Anonymous {
             outputs: told.outputs,
             inner,
         })
-    }
-}
-
-/// A node whose operands are numbered anew.
-fn numbered(node: Node, number: &HashMap<Id, Id>) -> Node {
-    let n = |id: Id| number[&id];
-    match node {
-        Node::Neg(a) => Node::Neg(n(a)),
-        Node::Add(a, b) => Node::Add(n(a), n(b)),
-        Node::Sub(a, b) => Node::Sub(n(a), n(b)),
-        Node::Mul(a, b) => Node::Mul(n(a), n(b)),
-        Node::Div(a, b) => Node::Div(n(a), n(b)),
-        Node::Pow(a, b) => Node::Pow(n(a), n(b)),
-        Node::Powi(a, k) => Node::Powi(n(a), k),
-        Node::Atan2(a, b) => Node::Atan2(n(a), n(b)),
-        Node::Call(f, a) => Node::Call(f, n(a)),
-        Node::Select(c, a, b) => Node::Select(n(c), n(a), n(b)),
-        Node::NotLess(a, b) => Node::NotLess(n(a), n(b)),
-        Node::Join(a, b) => Node::Join(n(a), n(b)),
-        Node::Result(number, k, a) => Node::Result(number, k, n(a)),
-        leaf => leaf,
     }
 }
 

@@ -108,7 +108,7 @@ impl Modes {
                 // (what a touch presses with is part of the solution)
                 let at = if list[k].normal.is_some() { &before[k] } else { &asked.readings[k] };
                 let stick = at.stick.max(at.bound);
-                let turned = list[k].across.is_some() && e.hit(k) && towards(list, &asked.readings, k).0 <= e.moves[k];
+                let turned = list[k].across.is_some() && towards(list, &asked.readings, k).0 <= e.moves[k];
                 let late = if turned { short.late.max(recent) } else { short.late };
                 if free[i] > 0.0 && self.lives(e, p, asked, &solution, i, (stick, late)) {
                     (free[i], dies) = (0.0, false);

@@ -12,28 +12,14 @@ pub fn is_all_state(sys: &System) -> bool {
 /// fluxes and momenta cannot move, but everything algebraic must fit:  Q(x1) - Q(x0) + h F(x1) = 0.
 /// With `refine`, multipliers and derivative unknowns are extrapolated from two such steps (their error is O(h)).
 /// On failure what is stored stays as it was, false: the method's own first step, stiffly accurate, will do the same work.
+/// `charges`: Q(x0) where the equations were others before.
 pub fn consistent(
     sys: &System,
     newton: &mut Newton,
     w: &mut Work,
     x: &mut [f64],
-    t: f64,
-    h: f64,
-    tol: &Tolerances,
-    refine: bool,
-) -> bool {
-    consistent_with(sys, newton, w, x, None, t, h, tol, refine)
-}
-
-/// The same; `charges`: Q(x0) where the equations were others before.
-pub fn consistent_with(
-    sys: &System,
-    newton: &mut Newton,
-    w: &mut Work,
-    x: &mut [f64],
     charges: Option<Vec<f64>>,
-    t: f64,
-    h: f64,
+    (t, h): (f64, f64),
     tol: &Tolerances,
     refine: bool,
 ) -> bool {

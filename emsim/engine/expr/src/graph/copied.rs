@@ -1,6 +1,6 @@
 //! A graph that begins as another one does, and takes over what that one has made since.
 use super::{Graph, Id, Node};
-use std::collections::{HashMap, HashSet};
+use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use std::sync::{Arc, Mutex};
 
 impl Graph {
@@ -19,7 +19,7 @@ impl Graph {
         if (id as usize) < common {
             return id;
         }
-        let mut here: HashMap<Id, Id> = HashMap::new();
+        let mut here: HashMap<Id, Id> = HashMap::default();
         for id in other.reachable(&[id]) {
             let mut ops = [0; 3];
             for (place, of) in ops.iter_mut().zip(other.node(id).operands()) {
@@ -34,7 +34,7 @@ impl Graph {
     /// What expressions need, operands first, in an order that hangs on their form alone: not on when their nodes were made, which
     /// differs with the parameters that a deck gives.
     pub fn in_order(&self, outs: &[Id]) -> Vec<Id> {
-        let (mut done, mut order) = (HashSet::new(), Vec::new());
+        let (mut done, mut order) = (HashSet::default(), Vec::new());
         let mut stack: Vec<(Id, bool)> = outs.iter().rev().map(|&id| (id, false)).collect();
         while let Some((id, ready)) = stack.pop() {
             if ready {
@@ -50,7 +50,7 @@ impl Graph {
 
     /// Copies expressions to another graph; `leaf` says what becomes of leaves.
     pub fn copied(&self, outs: &[Id], to: &mut Graph, mut leaf: impl FnMut(Node, &mut Graph) -> Option<Id>) -> Vec<Id> {
-        let mut image: HashMap<Id, Id> = HashMap::new();
+        let mut image: HashMap<Id, Id> = HashMap::default();
         for id in self.in_order(outs) {
             let node = self.node(id);
             let new = leaf(node, to).unwrap_or_else(|| {

@@ -81,7 +81,7 @@ fn plain(code: &[Instr], functions: &[Fun], first: usize, width: usize, leaves: 
                 let arguments = before[(first + k - i.b as usize) * width..].as_flattened();
                 let results = rest[width..].as_flattened_mut();
                 let step = width * LANES;
-                repeat::of(i.a).run_many(step, arguments, &mut results[..i.c as usize * step]);
+                repeat::run_many(i.a, step, arguments, &mut results[..i.c as usize * step]);
             }
             Op::Result => {} // the loop has put it there
             Op::Call => each(to, row(i.a), |a| functions[i.b as usize].apply(a)),

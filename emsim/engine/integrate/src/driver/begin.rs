@@ -130,7 +130,8 @@ impl<'a, S: Sink> Run<'a, S> {
             // the equations are others from here on, what is stored is not
             self.settle_from(Some(charges), t, short.max(rounded.min(1e-3 * feature)), false);
         }
-        if !known() && (self.a.uic || !method.settle(self.sys, self.w, t, 0.0, &mut self.x)) {
+        let mut exact = known() || !self.a.uic && method.settle(self.sys, self.w, t, 0.0, &mut self.x);
+        if !exact {
             self.settle(t, short.max(rounded.min(1e-3 * feature)), true);
         }
         let rounds = self.sys.rounds();
@@ -140,14 +141,15 @@ impl<'a, S: Sink> Run<'a, S> {
             if !turn(self.sys, self.w, &self.x, t) {
                 break;
             }
-            self.settle(t, 1e-9 * feature, false);
+            (exact, _) = (false, self.settle(t, 1e-9 * feature, false));
             if again == rounds {
                 return self.contradicts(1e-9 * feature);
             }
         }
         self.w.logic.begin(&self.sys.logic);
         self.w.clocked.begin();
-        self.begin_laws(feature);
+        self.stop = self.sys.next_stop(self.w, t, self.until);
+        self.begin_laws(feature, exact);
         if self.a.tstart <= t {
             self.record.row(self.sys, self.w, t, &self.x);
         }

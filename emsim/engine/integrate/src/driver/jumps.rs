@@ -133,7 +133,7 @@ impl<S: Sink> Run<'_, S> {
     /// Something has jumped at t, from where the next stop is known: a step of nearly no length gives the values after it, and
     /// their time: the method's own, or an implicit one.
     pub(super) fn jump(&mut self, width: f64, method: &mut dyn Method) {
-        let (rounds, mut asked, mut found) = (self.sys.rounds(), 0, false);
+        let (rounds, mut asked) = (self.sys.rounds(), 0);
         for again in 0..rounds {
             self.exchange();
             // latches that are let go together fall to one side when they are asked one by one
@@ -171,9 +171,7 @@ impl<S: Sink> Run<'_, S> {
             }
             let turned = self.outcome.events.len() > seen;
             let asks = self.w.clocked.look(&self.sys.clocked, &self.x);
-            let before = asked;
             if settled && !asks && (self.stop > self.t || again > 0 && !turned) && !self.laws_ask(width, &mut asked) {
-                found = asked > before;
                 break;
             }
             if turned && again + 1 == rounds {
@@ -181,7 +179,7 @@ impl<S: Sink> Run<'_, S> {
             }
         }
         // over a step of no length slopes are rounding
-        if !found && (self.slopes_jump(method) || self.shown.settles || self.modes.is_some()) {
+        if self.slopes_jump(method) || self.shown.settles || self.modes.is_some() {
             self.find_forces(width);
         }
         if self.t >= self.a.tstart {

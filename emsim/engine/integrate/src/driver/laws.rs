@@ -30,14 +30,17 @@ impl<S: Sink> Run<'_, S> {
         Modes::ask(self.sys, self.w, &self.x, self.t) && self.decide(width, &[])
     }
 
-    /// Before the first step: which laws stick, which slide.
-    pub(super) fn begin_laws(&mut self, width: f64) {
+    /// Before the first step: which laws stick, which slide, and efforts where nothing has given those.
+    pub(super) fn begin_laws(&mut self, width: f64, known: bool) {
         if self.modes.is_some() {
+            let t = self.t;
             self.decide(width, &[]);
-            self.t = 0.0;
-            self.settle(0.0, SAME * width, false);
-            self.find_forces(width);
+            self.t = t;
+            self.settle(t, SAME * width, true);
+        } else if known {
+            return;
         }
+        self.find_forces(width);
     }
 
     pub(super) fn decide(&mut self, width: f64, fired: &[usize]) -> bool {

@@ -178,7 +178,7 @@ impl<S: Sink> Run<'_, S> {
         let tol = self.tol.at_least(1e-5);
         while h <= least.max(LEAP * width) {
             if newton(self.sys, &mut self.newton)
-                .is_some_and(|n| op::consistent(self.sys, n, self.w, &mut self.x, t, h, &tol, false))
+                .is_some_and(|n| op::consistent(self.sys, n, self.w, &mut self.x, None, (t, h), &tol, false))
             {
                 self.crept = (t, h);
                 (self.t, self.late) = (t + h, 0.0);

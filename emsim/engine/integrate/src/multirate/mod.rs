@@ -162,16 +162,8 @@ impl<'a> Multirate<'a> {
         // values that fit each other, multipliers too
         let feature = self.sys.shortest_feature().min(a.tstep);
         self.tol.observe(&self.x, 0.0);
-        op::consistent(
-            self.sys,
-            &mut Newton::new(self.sys)?,
-            self.w,
-            &mut self.x,
-            0.0,
-            1e-5 * feature,
-            &self.tol,
-            true,
-        );
+        let (newton, at) = (&mut Newton::new(self.sys)?, (0.0, 1e-5 * feature));
+        op::consistent(self.sys, newton, self.w, &mut self.x, None, at, &self.tol, true);
         self.sys.update_flags(self.w, &self.x, 0.0);
         let pick = |x: &[f64], of: &[usize]| of.iter().map(|&i| x[i]).collect::<Vec<f64>>();
         let (mut y, z) = (pick(&self.x, &fast.of), pick(&self.x, &slow.of));
@@ -274,7 +266,7 @@ impl<'a> Multirate<'a> {
             t = end;
             if lands && t < a.tstop {
                 if slow.system.jumps_at(t) {
-                    op::consistent(&slow.system, &mut newton, &mut s.w, &mut s.z, t, 1e-9 * h, &s.tol, false);
+                    op::consistent(&slow.system, &mut newton, &mut s.w, &mut s.z, None, (t, 1e-9 * h), &s.tol, false);
                     response.at(&slow.system, &mut s.w, &s.z, t);
                 }
                 s.method.restart(&slow.system, &mut s.w, t, &s.z);

@@ -136,23 +136,24 @@ impl Radau {
         self.matrices.at = self.start.t;
     }
 
-    /// What a step that begins anew has on one curve with its start, to the tolerance: a transient, and what algebraic unknowns were,
-    /// is not; the node of a source is, however far its curve bends within the step. Steps of one length keep to
-    /// no tolerance: there the start is to lie as near to the curve through the stages as the one through all but the first of them does.
-    fn find_smooth(&mut self, tol: &Tolerances) {
+    /// What a step that begins anew has on one curve with its start: to the tolerance, or as near to the curve through the stages as the one
+    /// through all but the first is, for it may bend within the step. Parts of a machine bend together: which does so by next to nothing is
+    /// chance. A transient, and what algebraic unknowns were, is not; the node of a source is.
+    fn find_smooth(&mut self, sys: &System, tol: &Tolerances) {
         let (back, fewer, s) = (dense::back(self.scheme), dense::back_without_first(self.scheme), self.scheme.s);
+        let (x0, x) = (&self.start.x, &self.points.x);
         let at_start = |weights: &[f64], stages: &[Vec<f64>], i: usize| {
             weights.iter().zip(stages).map(|(l, x)| l * x[i]).sum::<f64>()
         };
-        for i in 0..self.start.x.len() {
-            let start = at_start(back, &self.points.x, i);
-            let off = (self.start.x[i] - start).abs();
-            let allowed = tol.weight(i, self.start.x[i], self.points.x[s - 1][i]);
-            self.estimate.smooth[i] = if self.fixed {
-                off <= allowed.max((start - at_start(fewer, &self.points.x[1..], i)).abs())
-            } else {
-                self.estimate.corrected[i] && (self.estimate.given[i] || off <= allowed)
-            };
+        let parts = |i: usize, by: f64| by.abs() / tol.weight(i, x0[i], x[s - 1][i]);
+        let off = |i: usize| parts(i, x0[i] - at_start(back, x, i));
+        let bends = |i: usize| parts(i, at_start(back, x, i) - at_start(fewer, &x[1..], i));
+        let moves = |i: &usize| sys.differential[*i] && sys.unknowns[*i].kind.mechanical();
+        let machine = (0..sys.n).filter(moves).map(bends).fold(1.0, f64::max);
+        for i in 0..sys.n {
+            let near = off(i) <= if moves(&i) { machine } else { bends(i).max(1.0) };
+            self.estimate.smooth[i] =
+                if self.fixed { near } else { self.estimate.corrected[i] && (self.estimate.given[i] || near) };
         }
     }
 
@@ -165,7 +166,7 @@ impl Radau {
         }
         self.estimate.of_step = estimate;
         if self.first || self.start.bent {
-            self.find_smooth(tol);
+            self.find_smooth(sys, tol);
         }
         let raw = (estimate / share(tol.reltol)).max(1e-10);
         self.next_scheme = self.scheme;

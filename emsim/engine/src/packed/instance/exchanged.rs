@@ -102,7 +102,7 @@ impl Instance {
         self.must_be(&[Phase::Event], "update its discrete states")?;
         match self.exchange()?.happen() {
             Ok(happened) => {
-                self.listen();
+                self.listen()?;
                 Ok(Update { states_changed: happened.states_jumped, next_event: happened.next })
             }
             Err(failed) => Err(self.fail(&failed)),

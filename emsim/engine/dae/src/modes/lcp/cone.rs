@@ -5,7 +5,8 @@
 //! inside, Newton's method on these equations (Alart and Curnier 1991) the solution. A little on the diagonal makes it the least.
 //! Where that fails, as it may with more touches than parts need and much friction, the proximal point method (Rockafellar 1976) leads
 //! there: as much on the diagonal as Newton's method asks for, about the last efforts in place of 0, so that nothing of it is left.
-use super::{dense, flows, Bounds, Solution, REFINED, REGULAR};
+use super::{dense, flows, Bounds, Solution, REFINED};
+use crate::rounding::SAME;
 
 struct Problem<'a> {
     a: Vec<f64>, // with something on the diagonal
@@ -74,8 +75,8 @@ impl Problem<'_> {
         self.bounds.around(i).map(|j| z[j]).fold(0.0, f64::hypot)
     }
 
-    /// What is left of the equations, where each effort is, and whether that is nothing.
-    fn left(&self, f: &[f64], w: &[f64]) -> (Vec<f64>, Vec<At>, bool) {
+    /// What is left of the equations, where each effort is, and whether it is within so much of what they are made of.
+    fn left(&self, f: &[f64], w: &[f64], within: f64) -> (Vec<f64>, Vec<At>, bool) {
         let n = f.len();
         let z = self.steps(f, w);
         let (to, at): (Vec<f64>, Vec<At>) = (0..n).map(|i| self.projected(i, z[i], self.length(i, &z), f)).unzip();
@@ -84,8 +85,7 @@ impl Problem<'_> {
             let made = self.b[i].abs() + (0..n).map(|j| (self.a[i * n + j] * f[j]).abs()).sum::<f64>();
             self.rho[i] * made + f[i].abs()
         };
-        // equations hold to so much of what they are made of
-        let solved = (0..n).all(|i| left[i].abs() <= 1e-11 * size(i));
+        let solved = (0..n).all(|i| left[i].abs() <= within * size(i));
         (left, at, solved)
     }
 
@@ -127,7 +127,7 @@ impl Problem<'_> {
             let mut tried = f.clone();
             for _ in 0..30 {
                 let w = flows(&self.a, &self.b, &tried);
-                let (left, at, solved) = self.left(&tried, &w);
+                let (left, at, solved) = self.left(&tried, &w, 1e-11);
                 if solved {
                     return Some(tried);
                 }
@@ -155,8 +155,8 @@ pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
     let n = b.len();
     let largest = (0..n).map(|i| a[i * n + i].abs()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let bare = Problem::new(a, b.to_vec(), bounds, 0.0);
-    // what can open is open at first
-    let little = Problem::new(a, b.to_vec(), bounds, REGULAR * largest);
+    // what can open is open at first; rounding of flows over so little is what it makes of efforts that are redundant
+    let little = Problem::new(a, b.to_vec(), bounds, 1e-6 * largest);
     let least = little.search(vec![0.0; n]).and_then(|f| refined(&bare, &little, f));
     if let Some(s) = least.and_then(|f| solution(&bare, f)) {
         return Some(s);
@@ -183,17 +183,17 @@ pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
     None
 }
 
-/// Efforts f as a solution; None where they are none.
+/// Efforts f as a solution; None where they are none. Rounding of A leaves something of flows that are redundant.
 fn solution(p: &Problem, f: Vec<f64>) -> Option<Solution> {
     let w = flows(&p.a, &p.b, &f);
-    let (_, at, solved) = p.left(&f, &w);
+    let (_, at, solved) = p.left(&f, &w, SAME);
     let bound = at.iter().map(|at| !matches!(at, At::Inside)).collect();
     solved.then_some(Solution { f, w, bound })
 }
 
 /// What the little on the diagonal leaves of the flows is taken off again.
 fn refined(bare: &Problem, p: &Problem, mut f: Vec<f64>) -> Option<Vec<f64>> {
-    let (_, at, _) = p.left(&f, &flows(&p.a, &p.b, &f));
+    let (_, at, _) = p.left(&f, &flows(&p.a, &p.b, &f), SAME);
     for _ in 0..REFINED {
         let w = flows(&bare.a, &bare.b, &f);
         let z = p.steps(&f, &w);

@@ -217,7 +217,7 @@ enum Kind {
     Integer,  // f(a, n)
     Applied,  // f(function, a)
     Both,     // f(a, where)
-    Repeated, // f(where, loop, count)
+    Repeated, // f(where, loop, counts)
 }
 
 struct Piece<'a> {
@@ -363,7 +363,7 @@ impl Piece<'_> {
                 Kind::Integer => vec![types::F64, types::I32],
                 Kind::Applied => vec![self.pointer, types::F64],
                 Kind::Both => vec![types::F64, self.pointer],
-                Kind::Repeated => vec![self.pointer, types::I32, types::I32],
+                Kind::Repeated => vec![self.pointer, types::I32, types::I32, types::I32],
             };
             s.params = parameters.into_iter().map(AbiParam::new).collect();
             if !matches!(kind, Kind::Both | Kind::Repeated) {

@@ -4,19 +4,18 @@ use super::calls::RDI;
 use super::x86::{Base, Place, Writer, F2, ZERO};
 use crate::repeat;
 
-extern "sysv64" fn repeated(at: *mut f64, number: u32, count: u32) {
-    of_lanes(at, number, count, 1);
+extern "sysv64" fn repeated(at: *mut f64, number: u32, count: u32, results: u32) {
+    let (arguments, results) = row(at, count as usize, results as usize);
+    repeat::run(number, arguments, results);
 }
-extern "sysv64" fn repeated_for_four(at: *mut f64, number: u32, count: u32) {
-    of_lanes(at, number, count, 4);
+extern "sysv64" fn repeated_for_four(at: *mut f64, number: u32, count: u32, results: u32) {
+    let (arguments, results) = row(at, 4 * count as usize, 4 * results as usize);
+    repeat::run_many(number, 4, arguments, results);
 }
-/// A loop for so many sets of numbers side by side, whose results replace its arguments.
-fn of_lanes(at: *mut f64, number: u32, count: u32, lanes: usize) {
-    let called = repeat::of(number);
+/// Arguments, and behind them results.
+fn row<'a>(at: *mut f64, count: usize, results: usize) -> (&'a [f64], &'a mut [f64]) {
     // SAFETY: the code has made room for both
-    let arguments = unsafe { std::slice::from_raw_parts(at, count as usize * lanes) }.to_vec();
-    let results = unsafe { std::slice::from_raw_parts_mut(at, called.results() * lanes) };
-    called.run_many(lanes, &arguments, results);
+    unsafe { (std::slice::from_raw_parts(at, count), std::slice::from_raw_parts_mut(at.add(count), results)) }
 }
 
 impl Writer<'_> {
@@ -29,7 +28,7 @@ impl Writer<'_> {
                 if i.b == 0 {
                     let count = self.part.code[k..].iter().take_while(|j| matches!(j.op, Op::Argument)).count();
                     self.arguments = self.length;
-                    self.length += i.c.max(count as u32);
+                    self.length += i.c + count as u32;
                 }
                 let from = self.place(i.a);
                 self.copy(ZERO, from);
@@ -43,6 +42,8 @@ impl Writer<'_> {
                 self.out.extend(i.a.to_le_bytes());
                 self.out.push(0xba); // mov edx, count
                 self.out.extend(i.b.to_le_bytes());
+                self.out.push(0xb9); // mov ecx, results
+                self.out.extend(i.c.to_le_bytes());
                 let function = if self.wide { repeated_for_four as *const () } else { repeated as *const () };
                 if self.wide {
                     self.out.extend([0xc5, 0xf8, 0x77]); // vzeroupper
@@ -51,7 +52,7 @@ impl Writer<'_> {
             }
             _ => {
                 let r = self.result(k, &[]);
-                self.vex(0x10, F2, 1, r, 0, place(self.arguments, i.a));
+                self.vex(0x10, F2, 1, r, 0, place(self.arguments, i.b + i.a));
                 self.done(k);
             }
         }
