@@ -162,7 +162,9 @@ class Touches:
             self.sink.error("E537", f"{file} has no volume: nothing touches it", at)
             return None
         if len(corners) > hulls.MOST:
-            said = f"the hull of {file} has {len(corners)} corners: contacts of up to {hulls.MOST} are imported"
+            said = (
+                f"the hull of {file} has {len(corners)} corners: contacts of up to {hulls.MOST} are imported"
+            )
             self.sink.error(
                 "E532", said, at, "give the geom a mesh of fewer, a box or a capsule, for what touches"
             )

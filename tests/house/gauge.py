@@ -30,8 +30,8 @@ FILE = 600  # lines of a file
 # rooms of abilities that grow while the rest gets simpler: pages that compute, the playground, sweeps, runs led from Python,
 # cards of rolling, of tyres and of relations among joints, robots, schematics, FMUs of others and for their solvers, gradients,
 # environments, models that are added, shapes in space, domains beside circuit and mechanism, bodies that bend, loops that end by
-# voltages, power grids, friction against rolling, coordinates of joints by name, what breaks and catches, like pairs, many that may
-# touch.
+# voltages, power grids, friction against rolling, coordinates of joints by name, what breaks and catches, like pairs, many that
+# may touch.
 # Counted apart
 APART = (
     "emsim/assemble/hands.py", "emsim/cards/knife.py", "emsim/cards/ratio.py", "emsim/cards/roll.py",
