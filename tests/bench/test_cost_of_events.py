@@ -17,11 +17,11 @@ def cost(text: str) -> dict[str, float]:
 
 @pytest.mark.parametrize("n", [5, 10, 20])
 def test_an_event_of_a_chain_with_friction_takes_as_many_factorisations_whatever_its_length(n: int) -> None:
-    """What stops, what follows, and the forces behind it: two short steps and three lengths."""
+    """What stops, what follows, and the forces before they are asked and behind it: two short steps and three lengths twice."""
     found = cost(chain_deck(n))
-    assert found["factorisations"] < 8
+    assert found["factorisations"] < 10
     # a column for each law that may let go, in both steps
-    assert found["solves"] < 12 + 2 * n
+    assert found["solves"] < 20 + 2 * n
 
 
 @pytest.fixture(scope="module")
