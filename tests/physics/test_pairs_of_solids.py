@@ -331,3 +331,24 @@ def test_a_box_on_the_tilted_edge_of_another_only_loses():
     deck = "SHAPE f 0 box(0.3,0.3,0.3) at=(0,-0.2,0) rot=(0.3,0.2,0.5)\nBODY b m=1 shape=box(0.2,0.1,0.16) y=0.25 omega=(0,2,0)"
     r = run(f"{deck}\nCONTACT c all e=0", 0.5, "gap(c) hits(c)")
     assert r["hits(c)"][-1] > 0 and np.min(r["gap(c)"]) > -1e-6 and never_rises(r)
+
+
+@pytest.mark.parametrize("seed", [0, 4, 5, 11])
+def test_a_capsule_that_falls_on_a_cylinder_only_loses(seed):
+    """Its place of touch goes from the side to a rim: two places that are nearly one, which no large impulses hold together."""
+    rng = random.Random(seed)
+    lies, x, turn, spin = (
+        [rng.uniform(-s, s) for _ in range(n)] for n, s in ((3, 0.5), (1, 0.1), (3, 1.0), (3, 4.0))
+    )
+    rot = {
+        name: ",".join(f"{v:.3f}" for v in vector)
+        for name, vector in zip("ltw", (lies, turn, spin), strict=True)
+    }
+    r = run(
+        f"SHAPE fixed 0 cylinder(0.15,0.3) rot=({rot['l']})\n"
+        f"BODY falls m=1 shape=capsule(0.2,0.05) x={x[0]:.3f} y=0.35 rot=({rot['t']}) omega=({rot['w']})\n"
+        "CONTACT c falls fixed e=0 mu=0.3",
+        0.5, "gap(c)", 1e-6,
+    )  # fmt: skip
+    assert never_rises(r) and abs(r.energy.residual) < 1e-6 and np.min(r["gap(c)"]) > -1e-7
+    assert r.stats["events"] < 100

@@ -185,6 +185,13 @@ impl Modes {
         for k in (0..list.len()).filter(|&k| parts(k)) {
             rests[k] = is_none(readings[k].flow, falls.of(k), e.gaps[k]);
         }
+        // of two at nearly one place the least difference would be held by impulses that are large and opposite
+        let (at, a, m) = (&falls.at, &falls.look.a, falls.at.len());
+        let most: Vec<f64> = (0..m).map(|i| if falls.lies[i] || rests[at[i]] { f64::INFINITY } else { 0.0 }).collect();
+        let flows: Vec<f64> = at.iter().map(|&k| readings[k].flow).collect();
+        let held = lcp::solve(a, &flows, &Bounds::new(most.iter().map(|f| -f).collect(), most))?;
+        let largest = (0..m).filter(|&i| rests[at[i]]).map(|i| flows[i]).fold(0.0, f64::max);
+        (0..m).for_each(|i| rests[at[i]] &= (held.f[i] * a[i * m + i]).abs() <= 10.0 * largest);
         Some(rests)
     }
 

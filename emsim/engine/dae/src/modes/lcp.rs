@@ -3,9 +3,9 @@
 //!
 //! A = W^T M^-1 W is symmetric and positive semidefinite up to what circuits add; a little on the diagonal makes it definite, and its
 //! solution is then the least of those there are (effort shared equally where that decides nothing). What moves no flow of the others is
-//! solved alone (islands.rs). Principal pivoting by blocks, by the least index (Murty 1974) where these do not get on, which ends for
-//! such matrices; where rounding or much friction keeps it from that, Lemke's method (its pivots chosen lexicographically, so that it
-//! ends), which always answers for friction where parts touch.
+//! solved alone (islands.rs). Principal pivoting by the least index (Murty 1974), which ends for such matrices; where rounding or much
+//! friction keeps it from that, Lemke's method (its pivots chosen lexicographically, so that it ends), which always answers for
+//! friction where parts touch.
 
 use crate::reduced::dense::{dot, factor_general, solve_general};
 
@@ -74,7 +74,7 @@ mod lemke;
 
 pub use islands::solve;
 
-/// All that are wrong go over at once, as long as they become fewer; then one by one until they do (Judice and Pires 1994).
+/// By the least index alone: blocks at once would leave redundant efforts shares that hang on how equations are written.
 fn pivoted(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
     let n = b.len();
     let largest = (0..n).map(|i| a[i * n + i].abs()).fold(0.0, f64::max);
@@ -82,8 +82,7 @@ fn pivoted(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
     // what can open is open at first: where friction leaves two answers, that is the one
     let opens = |i: usize| bounds.lo[i].is_finite() && bounds.hi[i].is_infinite();
     let mut at: Vec<At> = (0..n).map(|i| if bounds.fixed(i) || opens(i) { At::Low } else { At::Inside }).collect();
-    let (mut fewest, mut more) = (usize::MAX, 0);
-    for _ in 0..20 + 4 * n {
+    for _ in 0..100 + 40 * n {
         let Some(f) = inside(a, b, bounds, &at, little) else { break };
         let w = flows(a, b, &f);
         let size = |i: usize| b[i].abs() + (0..n).map(|j| (a[i * n + j] * f[j]).abs()).sum::<f64>();
@@ -95,15 +94,10 @@ fn pivoted(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
             At::High if w[i] > 0.0 && w[i] > 1e-12 * size(i) => Some(At::Inside),
             _ => None,
         };
-        let mut wrong: Vec<(usize, At)> = (0..n).filter_map(|i| Some((i, wrong(i)?))).collect();
-        if wrong.is_empty() {
-            return Some(Solution::of(f, w, &at));
+        match (0..n).find_map(|i| Some((i, wrong(i)?))) {
+            Some((i, to)) => at[i] = to,
+            None => return Some(Solution::of(f, w, &at)),
         }
-        // so often they may be no fewer
-        more = if wrong.len() < fewest { 0 } else { more + 1 };
-        fewest = fewest.min(wrong.len());
-        wrong.truncate(if more < 3 { n } else { 1 });
-        wrong.into_iter().for_each(|(i, to)| at[i] = to);
     }
     let at = lemke::solve(a, b, bounds)?;
     let f = inside(a, b, bounds, &at, little)?;

@@ -12,8 +12,8 @@ pub(super) struct Asked {
     readings: Vec<Reading>,
     /// to which side relays slid
     sides: Vec<f64>,
-    /// is there a corner that would fall back at once?
-    rests: bool,
+    /// corners that would fall back at once
+    rests: Vec<bool>,
 }
 
 /// What a step a little later has found.
@@ -83,7 +83,7 @@ impl Modes {
                 asked.push(k);
             }
         }
-        Some(Asked { which: asked, readings, sides, rests: rests.contains(&true) })
+        Some(Asked { which: asked, readings, sides, rests })
     }
 
     /// What has died is made exactly 0. `before`: as it was at the event; `since`: the time since the last one.
@@ -96,7 +96,13 @@ impl Modes {
         since: f64,
     ) -> Option<()> {
         let (list, short, which) = (e.list(), e.short, &asked.which);
-        let look = self.look(e, p, short.instant, which)?;
+        // what holds a corner that parts by too little pulls, and would drive on what slides there
+        let held = p.w.held();
+        let driven = |k: &usize| list[*k].normal.is_some_and(|n| asked.rests[n.law]) && !which.contains(k);
+        (0..list.len()).filter(driven).for_each(|k| put_relay(e.sys, p.w, &list[k], true, 0.0, 0.0));
+        let look = self.look(e, p, short.instant, which);
+        p.w.restore(&held);
+        let look = look?;
         let recent = if since < short.step { since } else { 0.0 };
         let mut turns = false;
         let mut free = vec![f64::INFINITY; which.len()];
@@ -145,7 +151,7 @@ impl Modes {
         let own = around(list, k).filter_map(|k| law_at(&asked.which, Some(k)));
         let effort = own.map(|j| stopped.f[j]).fold(0.0, f64::hypot);
         // what stops a corner that would fall back at once goes through the friction there too
-        let shares = asked.rests
+        let shares = asked.rests.contains(&true)
             && list[k].normal.is_some_and(|normal| {
                 let load = law_at(&asked.which, Some(normal.law)).map_or(0.0, |j| stopped.f[j].abs());
                 towards(list, &asked.readings, k).0 <= e.moves[k] && effort <= normal.mus.max(normal.mu) * load
