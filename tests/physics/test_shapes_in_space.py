@@ -282,3 +282,23 @@ def test_an_edge_that_stops_sliding_and_turning_at_once_sticks(beside, reltol):
     assert not r.diagnostics and r.stats["events"] < 70
     assert r["y(gem)"][-1] == pytest.approx(0.05, abs=1e-9)
     assert np.all(np.diff(r["energy()"]) < 10 * reltol)
+
+
+def test_legs_that_lie_on_their_stops_carry_a_table():
+    """Four feet and four stops hold what seven would: as few carry as can do it without pulling, whichever are left out."""
+    cards = ["BODY top m=2 shape=box(0.4,0.1,0.4) y=0.26"]
+    for k, (x, z) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
+        end = -1.0 if x > 0 else 1.0 - pi  # it folds outwards up to there
+        cards += [
+            f"BODY leg{k} m=0.1 shape=capsule(0.2,0.03)",
+            f"JOINT hip{k} top({0.15 * x},-0.05,{0.15 * z}) leg{k} pin axis=(0,0,1) ic={end!r}",
+            f"STOP end{k} hip{k} {'max' if x > 0 else 'min'}={end!r} e=0",
+            f"SHAPE foot{k} leg{k} ball(0.04) at=(0.2,0,0)",
+            f"CONTACT c{k} foot{k} floor e=0 mu=0.8",
+        ]
+    shown = " ".join(f"force(c{k}) torque(end{k})" for k in range(4))
+    r = run(FLOOR + "\n".join(cards), 0.5, f"y(top) {shown}", 1e-6)
+    assert not r.diagnostics and r.stats["events"] < 60 and never_rises(r)
+    forces = [r[f"force(c{k})"][-1] for k in range(4)]
+    assert sum(forces) == pytest.approx(2.4 * G, rel=1e-6) and min(forces) >= 0
+    assert r["y(top)"][-1] == pytest.approx(0.09 + 0.2 * sin(1.0), abs=1e-7)

@@ -205,9 +205,8 @@ impl Modes {
                 let carry: Vec<usize> = (0..m).filter(presses).collect();
                 let spare: Vec<usize> =
                     lcp::spare(&look.a, m, &carry, &solution.f).into_iter().map(|i| asked[i]).collect();
-                // what presses has friction; without it any places do that are enough
-                let rubs = |law: &LawSpec| law.across.is_some() && law.normal.is_some_and(|n| spare.contains(&n.law));
-                if list.iter().any(rubs) {
+                // any places that are enough would do, but none is to pull
+                if !spare.is_empty() {
                     asked.retain(|&k| !spare.contains(&list[k].normal.map_or(k, |normal| normal.law)));
                     continue;
                 }
