@@ -195,7 +195,8 @@ pub fn independent(a: &[f64], n: usize, which: &[usize], first: &dyn Fn(usize) -
     while let Some(p) = left.iter().copied().max_by(|i, j| rank(i, j, &m)) {
         let pivot = m[p * k + p];
         left.retain(|&i| i != p);
-        if pivot <= 1e-9 * begun[p] || pivot <= 1e-14 * largest {
+        // places that are nearly one would be held by large opposite efforts
+        if pivot <= 1e-6 * begun[p] || pivot <= 1e-14 * largest {
             continue;
         }
         found.push(which[p]);

@@ -105,7 +105,9 @@ impl Modes {
         let look = look?;
         let recent = if since < short.step { since } else { 0.0 };
         let mut turns = false;
-        let mut free = vec![f64::INFINITY; which.len()];
+        let all: Vec<usize> = (0..which.len()).collect();
+        let own = lcp::independent(&look.a, all.len(), &all, &|i| list[which[i]].form != Form::Relay);
+        let mut free: Vec<f64> = all.iter().map(|i| if own.contains(i) { f64::INFINITY } else { 0.0 }).collect();
         let stopped = loop {
             let least: Vec<f64> = free.iter().map(|f| -f).collect();
             let solution = lcp::solve(&look.a, &look.b, &Bounds::new(least, free.clone()))?;
