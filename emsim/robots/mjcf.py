@@ -460,9 +460,9 @@ class _Reader:
         """What touches; W530 where it is not asked for."""
         if self.rules.off & {"contact", "constraint"}:
             return
-        touches = Touches(self.root, self.touching, self._scale(), self.classes)
+        touches = Touches(self.root, self.touching, self._scale(), self.classes, self.rules.off)
         if self.options.contacts:
-            self.found.contacts += touches.contacts()
+            self.found.contacts += () if self.sink.has_errors else touches.contacts()
         elif pair := next(touches.pairs(), None):
             said = (
                 f"{pair[0].name} and {pair[1].name} could touch in MuJoCo; here they pass through each other"

@@ -14,7 +14,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..diagnostics import Sink
+    from ..diagnostics import Sink, Span
     from .mjcf_words import Filled
     from .xml import Element
 
@@ -104,7 +104,8 @@ class Scale:
             return None
         return size[:needed], place
 
-    def _mesh(self, geom: Geom) -> tuple[Mass, Pose] | None:
+    def triangles(self, geom: Geom) -> tuple[geometry.Array, str, Span] | None:
+        """Those of its mesh in its own axes, with the file and where that is named; None after an error."""
         e, sink, name = geom.element, self.sink, geom.element.get("mesh")
         if name not in self.assets:
             sink.error("E534", f"there is no <mesh> named {name!r} in <asset>", e.place("mesh"))
@@ -118,13 +119,19 @@ class Scale:
                 said = f"{key} of <mesh> is not imported"
                 sink.error("E532", said, asset.place(key), "give the body an <inertial>")
                 return None
-        if asset.get("inertia") == "shell":
-            sink.error("E532", "a mesh that weighs as a shell is not imported", asset.place("inertia"))
-            return None
         scale = asset.numbers("scale", sink, (1.0, 1.0, 1.0), 3)
         file, at = join(self.folder, asset.required("file", sink)), asset.place("file")
-        triangles = meshes.triangles(file, self.beside, scale, at, sink)
-        found = None if triangles is None else meshes.mass(triangles, file, at, sink)
+        found = meshes.triangles(file, self.beside, scale, at, sink)
+        return None if found is None else (found, file, at)
+
+    def _mesh(self, geom: Geom) -> tuple[Mass, Pose] | None:
+        asset = self.assets.get(geom.element.get("mesh"))
+        if asset is not None and asset.get("inertia") == "shell":
+            said = "a mesh that weighs as a shell is not imported"
+            self.sink.error("E532", said, asset.place("inertia"))
+            return None
+        read = self.triangles(geom)
+        found = None if read is None else meshes.mass(*read, self.sink)
         return None if found is None else (found, geom.place)
 
 

@@ -9,10 +9,9 @@ smooth, 3 rubs, 4 resists drilling too, 6 rolling too. What gives way there is r
 from __future__ import annotations
 
 from math import pi
-from os.path import dirname, join
 
 from ..cards import hulls
-from . import geometry, meshes
+from . import geometry
 from .geometry import Pose
 from .mjcf_words import MAIN, WORDS
 from .model import Contact, Touch
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from .mjcf_geoms import Geom, Scale
-    from .mjcf_words import Classes, Filled
+    from .mjcf_words import Classes
     from .model import Link
     from .xml import Element
 
@@ -53,8 +52,11 @@ class Toucher:
 class Touches:
     """The pairs of a file."""
 
-    def __init__(self, root: Element, geoms: Sequence[Toucher], scale: Scale, classes: Classes) -> None:
-        self.root, self.geoms, self.scale, self.sink = root, geoms, scale, scale.sink
+    def __init__(
+        self, root: Element, geoms: Sequence[Toucher], scale: Scale, classes: Classes, off: set[str]
+    ) -> None:
+        self.geoms, self.scale, self.sink = geoms, scale, scale.sink
+        self.parents_touch = "filterparent" in off
         children = [e for group in root.all("contact") for e in group.children]
         self.named = [classes.fill(e, MAIN) for e in children if e.tag == "pair"]
         self.apart = {frozenset((e.get("body1"), e.get("body2"))) for e in children if e.tag == "exclude"}
@@ -73,7 +75,13 @@ class Touches:
                 hangs = near is not None and far is not None and (_below(near) is far or _below(far) is near)
                 kept = frozenset((one.link.name, other.link.name)) in self.apart
                 named = frozenset((one.name, other.name)) in said
-                if near is not far and not hangs and not kept and not named and one.meets(other, self.scale):
+                if (
+                    near is not far
+                    and not (hangs and not self.parents_touch)
+                    and not kept
+                    and not named
+                    and one.meets(other, self.scale)
+                ):
                     yield other, one
 
     def contacts(self) -> Iterator[Contact]:
@@ -126,7 +134,7 @@ class Touches:
         if geom.kind == "plane":
             return "plane", (0.0, 0.0, 1.0), geom.place
         if geom.kind == "mesh":
-            corners = self._corners(e)
+            corners = self._corners(geom)
             return None if corners is None else ("hull", corners, geom.place)
         if geom.kind == "hfield" or e.has("mesh"):
             said = f"contacts of a <geom> of type {geom.kind!r}{' fitted to a mesh' * e.has('mesh')} are not imported"
@@ -143,19 +151,14 @@ class Touches:
         numbers = {"box": [2.0 * v for v in size], "cylinder": [size[0], 2.0 * size[-1]]}
         return words[geom.kind], numbers.get(geom.kind, size), place
 
-    def _corners(self, e: Filled) -> Sequence[float] | None:
-        """Of the hull of a mesh."""
+    def _corners(self, geom: Geom) -> Sequence[float] | None:
+        """Of the hull of its mesh."""
         from scipy.spatial import ConvexHull, QhullError
 
-        scale, asset = self.scale, self.scale.assets.get(e.get("mesh"))
-        if asset is None:
-            return None  # told where it is weighed
-        at, factors = asset.place("file"), asset.numbers("scale", self.sink, (1.0, 1.0, 1.0), 3)
-        file = join(scale.folder, asset.required("file", self.sink))
-        found = meshes.triangles(file, dirname(self.root.file.path or ""), factors, at, self.sink)
-        if found is None:
+        read = self.scale.triangles(geom)
+        if read is None:
             return None
-        points = found.reshape(-1, 3)
+        points, file, at = read[0].reshape(-1, 3), *read[1:]
         try:
             corners = points[ConvexHull(points).vertices]
         except QhullError:
@@ -165,9 +168,8 @@ class Touches:
             said = (
                 f"the hull of {file} has {len(corners)} corners: contacts of up to {hulls.MOST} are imported"
             )
-            self.sink.error(
-                "E532", said, at, "give the geom a mesh of fewer, a box or a capsule, for what touches"
-            )
+            hint = "give the geom a mesh of fewer, a box or a capsule, for what touches"
+            self.sink.error("E532", said, at, hint)
             return None
         return [float(v) for v in corners.ravel()]
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
-from test_pairs_of_solids import SIZES, UP, card, corners, pose, run, to_points
+from test_pairs_of_solids import SIZES, UP, card, corners, pose, run, to_points, tumbles
 from test_shapes import G, never_rises
 
 import emsim
@@ -212,16 +212,4 @@ def test_what_falls_flat_comes_to_rest(fixed, falls, high, law):
     ],
 )
 def test_what_tumbles_over_another_only_loses(fixed, falls, law):
-    """Nothing is in another, no energy comes from nowhere, and an order of cards is none."""
-    rng = random.Random(fixed + falls)
-    turn, other, spin = (",".join(repr(rng.uniform(-1, 1)) for _ in range(3)) for _ in range(3))
-    cards = [
-        f"SHAPE f 0 {fixed} rot=({turn})",
-        f"BODY b m=1 shape={falls} x=0.03 y=0.4 rot=({other}) omega=({spin})",
-    ]
-    ends = []
-    for order in (cards, cards[::-1]):
-        r = run("\n".join(order) + f"\nCONTACT c all {law}", 0.4, "x(b) y(b) z(b) gap(c) hits(c)")
-        assert never_rises(r) and np.min(r["gap(c)"]) > -1e-6 and r["hits(c)"][-1] > 0
-        ends.append([r[n][-1] for n in ("x(b)", "y(b)", "z(b)")])
-    assert ends[0] == pytest.approx(ends[1], abs=1e-5)
+    tumbles(fixed, falls, law, 0.4)

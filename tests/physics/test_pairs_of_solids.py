@@ -283,6 +283,10 @@ def test_a_ball_on_an_ellipsoid_goes_off_as_it_does_by_an_integration(mu):
     ],
 )  # fmt: skip
 def test_what_tumbles_over_another_only_loses(fixed, falls):
+    tumbles(fixed, falls, "e=0.3", 0.5)
+
+
+def tumbles(fixed, falls, law, until):
     """Without friction too: nothing is in another, no energy comes from nowhere, and an order of cards is none."""
     rng = random.Random(fixed + falls)
     turn, other, spin = (",".join(repr(rng.uniform(-1, 1)) for _ in range(3)) for _ in range(3))
@@ -292,7 +296,7 @@ def test_what_tumbles_over_another_only_loses(fixed, falls):
     ]
     ends = []
     for order in (cards, cards[::-1]):
-        r = run("\n".join(order) + "\nCONTACT c all e=0.3", 0.5, "x(b) y(b) z(b) gap(c) hits(c)")
+        r = run("\n".join(order) + f"\nCONTACT c all {law}", until, "x(b) y(b) z(b) gap(c) hits(c)")
         assert never_rises(r) and np.min(r["gap(c)"]) > -1e-6 and r["hits(c)"][-1] > 0
         ends.append([r[n][-1] for n in ("x(b)", "y(b)", "z(b)")])
     assert ends[0] == pytest.approx(ends[1], abs=1e-5)

@@ -58,6 +58,11 @@ TWO = ball("a", "0 0 0.5") + ball("b", "1 0 0.5")
             "", ["floor a_skin", "a_skin end"],
         ),
         (TWO, '<option><flag contact="disable"/></option>', []),
+        # ... and does where the file says so
+        (
+            ball("a", "0 0 1", 'contype="2"', f'<body name="k"><joint/><geom name="in" size="0.1" pos="1 0 0" {BITS}/></body>'),
+            '<option><flag filterparent="disable"/></option>', ["floor a_skin", "a_skin in"],
+        ),
         # what is fixed to the ground belongs to it
         (ball("a", "0 0 1") + POST, "", ["floor a_skin", "a_skin top"]),
     ],
@@ -176,6 +181,32 @@ def test_what_cannot_be_said_is_an_error(tmp_path, bodies, more, code, words):
         deck(tmp_path, model(bodies, more))
     first = next(d for d in caught.value.diagnostics if d.severity == "error")
     assert first.code == code and words in first.message and first.span is not None
+
+
+MESH = '<asset><mesh name="m" file="corner.stl" {}/></asset>'
+
+
+@pytest.mark.parametrize(
+    ("asset", "code", "words"),
+    [('refpos="0 0 1"', "E532", "refpos"), ('refquat="0 1 0 0"', "E532", "refquat"), ("", "E534", "'other'")],
+)
+def test_a_mesh_that_is_not_known_or_stands_elsewhere_is_an_error(tmp_path, asset, code, words):
+    """Of a body that says what it weighs too."""
+    (tmp_path / "corner.stl").write_bytes(_stl(FACES))
+    name = "m" if asset else "other"
+    body = f'<body name="b" pos="0 0 3"><freejoint/>{WEIGHS}<geom type="mesh" mesh="{name}"/></body>'
+    with pytest.raises(DeckError) as caught:
+        deck(tmp_path, f"<mujoco>{MESH.format(asset)}<worldbody>{FLOOR}{body}</worldbody></mujoco>")
+    first = caught.value.diagnostics[0]
+    assert first.code == code and words in first.message and first.span is not None
+
+
+def test_a_mesh_may_weigh_as_a_shell_what_the_body_says_otherwise(tmp_path):
+    (tmp_path / "corner.stl").write_bytes(_stl(FACES))
+    shell = MESH.format('inertia="shell"')
+    body = f'<body name="b" pos="0 0 3"><freejoint/>{WEIGHS}<geom name="it" type="mesh" mesh="m"/></body>'
+    text = deck(tmp_path, f"<mujoco>{shell}<worldbody>{FLOOR}{body}</worldbody></mujoco>")
+    assert contacts(text) == ["floor it e=0 mu=1"]
 
 
 def test_a_mesh_of_many_corners_is_told(tmp_path):

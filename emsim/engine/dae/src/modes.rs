@@ -32,8 +32,8 @@
 //! 5. Way out, where events pile up at one time, or where no finite force keeps a touch sliding (Painleve 1895; it jams): that short
 //!    step itself is taken (Moreau 1988), in which everything that touches may stop.
 //!
-//! 6. Parts in space that lie on each other at more places than they need: as few carry the load as can do it without pulling, the
-//!    others touch without a force. Friction there would have no bound else.
+//! 6. Parts that touch, or stand at their stops, at more places than they need: as few carry the load as can do it without pulling,
+//!    the others touch without a force. Friction there would have no bound else.
 //!
 //! A = W^T M^-1 W and all that circuits and closed loops add to it is read from the factors of that step, a column a law.
 use crate::model::{around, Form, Law, LawSpec, Normal};
