@@ -281,3 +281,16 @@ def test_corners_that_meet_point_to_point_are_not_passed_in_silence():
     with pytest.raises(emsim.ConvergenceError) as found:
         led.run(0.03)
     assert found.value.diagnostics[0].code == "E415"
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.3])
+@pytest.mark.parametrize("wide", [1e-2, 1e-3, 1e-4])
+def test_a_plate_stands_on_a_narrow_edge(wide, lean):
+    """Both its corners carry, however near they are to each other, while its weight is between them."""
+    r = run(
+        f"SHAPE f 0 box(2,0.2) at=(0,-0.1)\nBODY b m=1 shape=box({wide},1) com=({lean * wide / 2},0) j=0.083 y=0.5\n"
+        "CONTACT c b f e=0",
+        1, "angle(b) force(c) mode(c)",
+    )  # fmt: skip
+    assert abs(r["angle(b)"]).max() < 1e-9 and r["mode(c)"][-1] == 2
+    assert r["force(c)"][-1] == pytest.approx(G, rel=1e-9)

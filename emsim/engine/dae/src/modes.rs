@@ -269,11 +269,14 @@ impl Modes {
             return Some(p.t);
         }
         self.stop(&e, &mut p, &asked, &before, since)?;
+        // what moves is held by large opposite efforts at places that are nearly one, which count as one then
+        let now = p.readings(sys);
+        let still = asked.which.iter().all(|&k| now[k].flow.abs() <= SAME * e.moves[k]);
         let next = self.follow(&e, &mut p, asked.which, longer)?;
         if self.count > MANY || next.jams {
             self.step_out(&e, &mut p, &next);
         }
-        next.put(&e, p.w);
+        next.put(&e, p.w, if still { SAME } else { AGREE });
         Some(p.t)
     }
 

@@ -8,6 +8,7 @@
 //! friction where parts touch.
 
 use crate::reduced::dense::{dot, factor_general, solve_general};
+use crate::rounding::SAME;
 
 /// Part of the largest diagonal entry.
 const REGULAR: f64 = 1e-10;
@@ -165,7 +166,7 @@ pub fn dense(m: Vec<f64>, mut r: Vec<f64>) -> Option<Vec<f64>> {
 pub fn spare(a: &[f64], n: usize, which: &[usize], f: &[f64]) -> Vec<usize> {
     let (mut carry, mut f, mut found) = (which.to_vec(), f.to_vec(), Vec::new());
     loop {
-        let own = independent(a, n, &carry, &|_| false);
+        let own = independent(a, n, &carry, SAME, &|_| false);
         let Some(&other) = carry.iter().find(|i| !own.contains(i)) else { return found };
         let matrix = own.iter().flat_map(|&i| own.iter().map(move |&j| a[i * n + j])).collect();
         let Some(part) = dense(matrix, own.iter().map(|&i| a[i * n + other]).collect()) else { return found };
@@ -181,8 +182,8 @@ pub fn spare(a: &[f64], n: usize, which: &[usize], f: &[f64]) -> Vec<usize> {
     }
 }
 
-/// A largest set of `which` whose rows of A are independent, by pivoted elimination; those of `first` first, then larger diagonals.
-pub fn independent(a: &[f64], n: usize, which: &[usize], first: &dyn Fn(usize) -> bool) -> Vec<usize> {
+/// A largest set of `which` with rows of A that are independent by more than `least`: those of `first` first, then larger diagonals.
+pub fn independent(a: &[f64], n: usize, which: &[usize], least: f64, first: &dyn Fn(usize) -> bool) -> Vec<usize> {
     let k = which.len();
     let mut m: Vec<f64> = which.iter().flat_map(|&i| which.iter().map(move |&j| a[i * n + j])).collect();
     let begun: Vec<f64> = (0..k).map(|i| m[i * k + i].abs()).collect();
@@ -195,8 +196,7 @@ pub fn independent(a: &[f64], n: usize, which: &[usize], first: &dyn Fn(usize) -
     while let Some(p) = left.iter().copied().max_by(|i, j| rank(i, j, &m)) {
         let pivot = m[p * k + p];
         left.retain(|&i| i != p);
-        // places that are nearly one would be held by large opposite efforts
-        if pivot <= 1e-6 * begun[p] || pivot <= 1e-14 * largest {
+        if pivot <= least * begun[p] || pivot <= 1e-14 * largest {
             continue;
         }
         found.push(which[p]);
@@ -256,8 +256,8 @@ mod tests {
         let bounds = Bounds::new(vec![-3.0, -3.0], vec![3.0, 3.0]);
         let s = solve(&a, &[-1.0, -1.0], &bounds).expect("there is a solution");
         assert!((s.f[0] - 0.5).abs() < 1e-6 && (s.f[1] - 0.5).abs() < 1e-6);
-        assert_eq!(independent(&a, 2, &[0, 1], &|_| false), vec![0]);
-        assert_eq!(independent(&a, 2, &[0, 1], &|i| i == 1), vec![1]);
+        assert_eq!(independent(&a, 2, &[0, 1], SAME, &|_| false), vec![0]);
+        assert_eq!(independent(&a, 2, &[0, 1], SAME, &|i| i == 1), vec![1]);
     }
 
     /// A table on four legs: three carry it, and none pulls.

@@ -106,7 +106,7 @@ impl Modes {
         let recent = if since < short.step { since } else { 0.0 };
         let mut turns = false;
         let all: Vec<usize> = (0..which.len()).collect();
-        let own = lcp::independent(&look.a, all.len(), &all, &|i| list[which[i]].form != Form::Relay);
+        let own = lcp::independent(&look.a, all.len(), &all, AGREE, &|i| list[which[i]].form != Form::Relay);
         let mut free: Vec<f64> = all.iter().map(|i| if own.contains(i) { f64::INFINITY } else { 0.0 }).collect();
         let stopped = loop {
             let least: Vec<f64> = free.iter().map(|f| -f).collect();
@@ -235,8 +235,8 @@ impl Modes {
 }
 
 impl Next {
-    /// The modes of those that were asked.
-    pub fn put(&self, e: &Event, w: &mut Work) {
+    /// The modes of those that were asked; those lock that are independent by more than `least`.
+    pub fn put(&self, e: &Event, w: &mut Work, least: f64) {
         let (sys, list, m) = (e.sys, e.list(), self.asked.len());
         let (solution, goes) = (&self.solution, &self.goes);
         // what lies beyond its threshold without a load would ask again and again while nothing parts it
@@ -250,7 +250,7 @@ impl Next {
                 _ => solution.f[i] > 0.0 || lies(i, self.asked[i]),
             })
             .collect();
-        let locked = lcp::independent(&self.look.a, m, &locks, &|i| list[self.asked[i]].form != Form::Relay);
+        let locked = lcp::independent(&self.look.a, m, &locks, least, &|i| list[self.asked[i]].form != Form::Relay);
         for (i, &k) in self.asked.iter().enumerate() {
             let (law, f, stick) = (&list[k], solution.f[i], self.readings[k].stick);
             let locked = locked.contains(&i);
